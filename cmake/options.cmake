@@ -1,0 +1,20 @@
+# Code generation is the same everywhere: x86-64-v3, no fast-math, no contraction the source does not ask for,
+# so that a build on one machine gives the bits of another.
+add_library(polypic_options INTERFACE)
+target_compile_options(polypic_options INTERFACE
+  -march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Wshadow -Werror)
+target_include_directories(polypic_options INTERFACE ${PROJECT_SOURCE_DIR})
+set(CMAKE_CXX_FLAGS_RELEASE "-O3")                # assertions stay on: they guard our own mistakes
+set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g")
+if(POLYPIC_SANITIZE)
+  target_compile_options(polypic_options INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(polypic_options INTERFACE -fsanitize=address,undefined)
+endif()
+find_program(MOLD mold)
+if(MOLD)
+  target_link_options(polypic_options INTERFACE -fuse-ld=mold)
+endif()
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()

@@ -1,0 +1,37 @@
+#pragma once
+// What a simulation hands on: the particles of one frame, and the sums that say whether physics was kept.
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace sim {
+
+/// Particles at one frame, in ascending id. All arrays have the same length.
+struct Frame {
+  std::int64_t number = 1;            // frames count from 1; frame 1 is t = 0
+  double time = 0;                    // [s]
+  std::vector<base::Vec3f> position;  // [m] world
+  std::vector<base::Vec3f> velocity;  // [m/s]
+  std::vector<std::int64_t> id;       // from 0, kept for life
+  double pscale = 0;                  // [m] radius of a sphere with a particle's volume, the same for all
+};
+
+/// Conserved quantities and counters of one frame, in SI units.
+struct Totals {
+  double time = 0;
+  std::int64_t substeps = 0;              // since the frame before
+  std::int64_t particles = 0;
+  double mass = 0, volume = 0;            // [kg], [m^3]
+  double kinetic_energy = 0;              // [J] sum of 1/2 m c_r^2 D_r over particles and modes
+  double potential_energy = 0;            // [J] measured from the domain's floor
+  base::Vec3 linear_momentum = base::Vec3::Zero();    // [kg m/s]
+  base::Vec3 angular_momentum = base::Vec3::Zero();   // [kg m^2/s] about the domain's lower corner
+  double max_speed = 0;                   // [m/s]
+  double max_divergence = 0;              // [1/s] left by the last projection of the frame
+  std::uint64_t state_hash = 0;           // of the whole particle state, independent of storage order
+  std::int64_t pushed_out = 0;            // particles moved back out of a wall or collider since the frame before
+  std::int64_t pressure_iterations = 0;   // since the frame before
+};
+
+}  // namespace sim

@@ -1,0 +1,87 @@
+#pragma once
+// What is simulated: the keys of [sim], [[body]], [[collider]] and [[effect]]. SI units.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/params.h"
+#include "base/vec.h"
+
+namespace sim {
+
+enum class Transfer { pic, flip, apic, polypic };
+enum class Kernel { linear, quadratic };
+enum class Seeding { jitter, regular };
+enum class Precision { single_precision, double_precision };
+
+/// A solid of simple form: exactly one of its members is set.
+struct Shape {
+  struct Sphere {
+    base::Vec3 center = base::Vec3::Zero();  // [m]
+    double radius = 0.1;                     // [m]
+  };
+  std::optional<base::Box> box;
+  std::optional<Sphere> sphere;
+  void params(base::Params&);
+  /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction.
+  double distance(const base::Vec3& at, base::Vec3* normal = nullptr) const;
+  base::Box bounds() const;
+};
+
+struct Body {
+  std::string name;
+  Shape shape;
+  std::string material = "water";            // preset
+  double density = 1000;                     // [kg/m^3]
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s] at t = 0
+  std::string look;                          // empty: the look named as the material
+  void params(base::Params&);
+};
+
+/// A solid that stands still; fluid slips along it.
+struct Collider {
+  std::string name;
+  Shape shape;
+  std::string look = "plaster";
+  void params(base::Params&);
+};
+
+/// Something that acts on the material. Nothing acts unless it is named.
+struct Effect {
+  std::string kind = "gravity";
+  base::Vec3 acceleration = base::Vec3(0, 0, -9.81);  // [m/s^2]
+  void params(base::Params&);
+};
+
+/// The keys of [sim].
+struct Options {
+  std::int64_t dimension = 3;
+  std::string solver = "fluid";
+  base::Box domain{base::Vec3(0, 0, 0), base::Vec3(1, 1, 1)};  // [m]
+  double cell = 0.02;                                          // [m]
+  std::int64_t particles_per_cell = 8;
+  Transfer transfer = Transfer::polypic;
+  Kernel kernel = Kernel::linear;
+  base::CountOrName modes{0, "full"};
+  double cfl = 1;                                              // [1] cells a particle may cross in a sub-step
+  std::int64_t seed = 1;
+  Seeding seeding = Seeding::jitter;
+  std::optional<double> flip_time;                             // [s]
+  double pressure_tolerance = 1e-6;                            // [1] relative residual
+  Precision precision = Precision::single_precision;
+  std::string splitting = "lie";
+  std::string carry = "fixed";
+  void params(base::Params&);
+};
+
+struct Scene {
+  Options options;
+  std::vector<Body> bodies;
+  std::vector<Collider> colliders;
+  std::vector<Effect> effects;
+  /// Visits [sim], [[body]], [[collider]] and [[effect]], and checks what holds between them.
+  void params(base::Params&);
+};
+
+}  // namespace sim

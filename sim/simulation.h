@@ -1,0 +1,26 @@
+#pragma once
+// A simulation in time. Built from a scene; advances frame by frame.
+#include <functional>
+#include <memory>
+
+#include "base/ledger.h"
+#include "sim/frame.h"
+#include "sim/scene.h"
+
+namespace sim {
+
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+  /// Goes on to the next frame (1/fps later) in as many sub-steps as stability asks. Costs go to `ledger`.
+  /// Throws base::Error with Exit::unstable naming pass, place and cause. Between sub-steps `interrupted` is asked; when it says
+  /// true the call returns false and the simulation stands between frames.
+  virtual bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) = 0;
+  virtual Frame frame() const = 0;    // the particles now
+  virtual Totals totals() const = 0;  // the sums now; counters since the frame before
+};
+
+/// Particles seeded, grid allocated, at t = 0 and frame 1. Throws base::Error when the scene holds no particle.
+std::unique_ptr<Simulation> make_simulation(const Scene& scene, double fps);
+
+}  // namespace sim
