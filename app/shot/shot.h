@@ -1,0 +1,59 @@
+#pragma once
+// A shot file, read: TOML -> layers merged -> every key checked -> plain structs.
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/render.h"
+#include "sim/scene.h"
+#include "surface/surface.h"
+
+namespace app {
+
+struct Shot {
+  std::string name;             // the file's stem
+  std::filesystem::path file;
+  std::int64_t frames = 24;
+  double fps = 24;              // [1/s]
+  std::string quality = "normal";
+  sim::Scene scene;
+  surface::Options surface;
+  render::Setting render;
+  /// The shot as run: rung, quality table and overrides applied; only keys that somebody set, canonical order and spelling.
+  std::string resolved;
+  void params(base::Params&);
+};
+
+/// What the command line adds to a file.
+struct Overrides {
+  std::optional<std::string> quality;
+  std::vector<std::string> sets;   // "key=value"
+};
+
+/// Precedence: default < built-in rung < the shot's key < the shot's own [quality.RUNG] < --set.
+/// Throws base::Error (exit 2) with file, line, column, key, value and what is allowed.
+Shot read_shot(const std::filesystem::path&, const Overrides&);
+
+/// SHOT of the command line: a file, or the name of a shipped shot. Throws "PATH: reason" (exit 2) when there is neither.
+std::filesystem::path find_shot(const std::string& shot);
+/// Where shipped shots are: beside the program's install, or in the source tree.
+std::vector<std::filesystem::path> shipped_shots();
+
+/// One key as declared, for the `params` command and the documentation.
+struct KeyRow {
+  std::string key;              // "sim.cell", "body.NAME.velocity", "look.NAME.ior"
+  std::string default_value, unit, allowed, meaning;
+};
+std::vector<KeyRow> all_keys();
+/// A complete small shot that runs, with every key that matters and a comment each.
+std::string example_shot();
+
+/// The keys in which two resolved shots differ, leaving out shot.frames; empty when the same.
+std::vector<std::string> changed_keys(const std::string& resolved_before, const std::string& resolved_now);
+
+/// Canonical text of the keys one stage reads, for its hash: "simulate", "surface" or "render".
+std::string stage_text(const Shot&, const std::string& stage);
+
+}  // namespace app
