@@ -1,0 +1,19 @@
+#pragma once
+// Numbers and words as people read them.
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace base {
+
+/// The shortest decimal that reads back as the same double: "0.02", "1e-06", "24".
+std::string to_text(double);
+
+/// Edits (insert, delete, replace, swap of neighbours) that turn one word into the other.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The candidate nearest to a misspelt word, or empty when none is near enough to be meant.
+std::string nearest_word(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace base
