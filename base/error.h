@@ -20,13 +20,13 @@ enum class Exit : int {
 /// One error as the user sees it. Parts that do not apply stay empty.
 struct Complaint {
   Exit code = Exit::user;
-  std::string file;     // path as the user gave it, or "--set KEY=VALUE"
+  std::string file = {};     // path as the user gave it, or "--set KEY=VALUE"
   int line = 0, column = 0;
-  std::string key;      // dotted, such as "sim.cell"
-  std::string value;    // as written, with its unit: "-1 m"
-  std::string allowed;  // "must be above 0"
-  std::string hint;     // "did you mean sim.cell?"
-  std::string message;  // what is wrong where no key is; with a key: "unknown key"
+  std::string key = {};      // dotted, such as "sim.cell"
+  std::string value = {};    // as written, with its unit: "-1 m"
+  std::string allowed = {};  // "must be above 0"
+  std::string hint = {};     // "did you mean sim.cell?"
+  std::string message = {};  // what is wrong where no key is; with a key: "unknown key"
 };
 
 /// "shots/x.toml:12:8: sim.cell = -1 m: must be above 0 (hint)" without the program's name.
