@@ -3,6 +3,7 @@ find_package(Threads REQUIRED)
 find_package(TBB CONFIG REQUIRED)                 # before OpenVDB, whose own FindTBB would win
 find_package(Eigen3 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
+find_package(fmt CONFIG REQUIRED)
 find_library(CHOLMOD_LIB cholmod REQUIRED)        # SuiteSparse 5.12 ships neither a config nor a .pc file
 find_path(CHOLMOD_INC cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 add_library(cholmod INTERFACE)

@@ -15,6 +15,9 @@ enum class Kernel { linear, quadratic };
 enum class Seeding { jitter, regular };
 enum class Precision { single_precision, double_precision };
 
+/// Grids are dense: more cells than this are refused before anything is allocated.
+inline constexpr double kMostCells = 4e8;
+
 /// A solid of simple form: exactly one of its members is set.
 struct Shape {
   struct Sphere {
@@ -63,15 +66,15 @@ struct Options {
   std::int64_t particles_per_cell = 8;
   Transfer transfer = Transfer::polypic;
   Kernel kernel = Kernel::linear;
-  base::CountOrName modes{0, "full"};
+  base::CountOrName modes;                                     // unset: the full set of the kernel (polypic only)
   double cfl = 1;                                              // [1] cells a particle may cross in a sub-step
   std::int64_t seed = 1;
   Seeding seeding = Seeding::jitter;
   std::optional<double> flip_time;                             // [s]
   double pressure_tolerance = 1e-6;                            // [1] relative residual
   Precision precision = Precision::single_precision;
-  std::string splitting = "lie";
-  std::string carry = "fixed";
+  std::string splitting = "lie";                               // one projection a step
+  std::string carry = "fixed";                                 // coefficients travel with the particle as they are
   void params(base::Params&);
 };
 

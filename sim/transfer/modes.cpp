@@ -1,0 +1,63 @@
+#include "sim/transfer/modes.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+namespace sim {
+namespace {
+
+constexpr ModeIndex<2> kOrder2[] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {2, 0}, {0, 2}, {2, 1}, {1, 2}, {2, 2}};
+
+constexpr ModeIndex<3> kOrder3[] = {
+    {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}, {2, 0, 0},
+    {0, 2, 0}, {0, 0, 2}, {2, 2, 0}, {2, 0, 2}, {0, 2, 2}, {2, 2, 2}, {2, 1, 0}, {2, 0, 1}, {2, 1, 1},
+    {1, 2, 0}, {0, 2, 1}, {1, 2, 1}, {1, 0, 2}, {0, 1, 2}, {1, 1, 2}, {2, 2, 1}, {2, 1, 2}, {1, 2, 2}};
+
+template <int D>
+int total_degree(const ModeIndex<D>& mode) {
+  return std::accumulate(mode.begin(), mode.end(), 0);
+}
+
+template <int D>
+int highest_degree(const ModeIndex<D>& mode) {
+  return *std::max_element(mode.begin(), mode.end());
+}
+
+template <int D, class Keeps>
+std::vector<ModeIndex<D>> filtered(int degree, const Keeps& keeps) {
+  std::vector<ModeIndex<D>> modes = ordered_modes<D>(degree);
+  std::erase_if(modes, [&](const ModeIndex<D>& mode) { return !keeps(mode); });
+  return modes;
+}
+
+}  // namespace
+
+template <int D>
+std::vector<ModeIndex<D>> ordered_modes(int degree) {
+  std::vector<ModeIndex<D>> modes;
+  if constexpr (D == 2) modes.assign(std::begin(kOrder2), std::end(kOrder2));
+  else modes.assign(std::begin(kOrder3), std::end(kOrder3));
+  std::erase_if(modes, [&](const ModeIndex<D>& mode) { return highest_degree<D>(mode) > degree; });
+  return modes;
+}
+
+template <int D>
+std::vector<ModeIndex<D>> mode_set(Transfer transfer, Kernel kernel, const base::CountOrName& wanted) {
+  const int degree = kernel == Kernel::linear ? 1 : 2;
+  if (transfer == Transfer::pic || transfer == Transfer::flip) return filtered<D>(degree, [](const auto& m) { return total_degree<D>(m) == 0; });
+  if (transfer == Transfer::apic) return filtered<D>(degree, [](const auto& m) { return total_degree<D>(m) <= 1; });
+  if (wanted.name == "multilinear") return filtered<D>(degree, [](const auto& m) { return highest_degree<D>(m) <= 1; });
+  if (wanted.name == "quadratic") return filtered<D>(degree, [](const auto& m) { return total_degree<D>(m) <= 2; });
+  std::vector<ModeIndex<D>> modes = ordered_modes<D>(degree);
+  assert(wanted.count >= 0 && wanted.count <= std::int64_t(modes.size()) && "the scene was checked");
+  if (wanted.count > 0) modes.resize(std::size_t(wanted.count));
+  return modes;
+}
+
+template std::vector<ModeIndex<2>> ordered_modes<2>(int);
+template std::vector<ModeIndex<3>> ordered_modes<3>(int);
+template std::vector<ModeIndex<2>> mode_set<2>(Transfer, Kernel, const base::CountOrName&);
+template std::vector<ModeIndex<3>> mode_set<3>(Transfer, Kernel, const base::CountOrName&);
+
+}  // namespace sim
