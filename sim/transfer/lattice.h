@@ -1,0 +1,67 @@
+#pragma once
+// The dense background grid. One index space serves cells and the faces of all axes: cell (i, j, k) is at the middle of
+// [i, i+1) x ..., face (i, j, k) of axis a at the lower side of that cell. A ring of kPad cells lies around the domain, so that no
+// stencil of a particle inside the domain leaves the arrays.
+#include <array>
+#include <cstddef>
+
+namespace sim {
+
+template <int D>
+using Cell = std::array<int, D>;
+
+template <int D>
+struct Lattice {
+  static constexpr int kPad = 3;
+  static constexpr int kBlock = 4;           // cells along an edge of a block, the unit of scatter and of the canonical order
+  Cell<D> cells{};                           // of the domain
+  std::array<std::ptrdiff_t, D> extent{};    // of the arrays: cells + ring + one more face
+  std::array<std::ptrdiff_t, D> stride{};
+  std::size_t size = 0;
+  Cell<D> blocks{};
+  std::size_t block_count = 1;
+
+  Lattice() = default;
+  explicit Lattice(const Cell<D>& domain_cells) : cells(domain_cells) {
+    size = 1;
+    for (int a = D - 1; a >= 0; --a) {
+      extent[a] = cells[a] + 2 * kPad + 1;
+      stride[a] = std::ptrdiff_t(size);
+      size *= std::size_t(extent[a]);
+      blocks[a] = (cells[a] + kBlock - 1) / kBlock;
+      block_count *= std::size_t(blocks[a]);
+    }
+  }
+  std::ptrdiff_t index(const Cell<D>& at) const {
+    std::ptrdiff_t i = 0;
+    for (int a = 0; a < D; ++a) i += (at[a] + kPad) * stride[a];
+    return i;
+  }
+  Cell<D> cell_at(std::ptrdiff_t index) const {
+    Cell<D> at;
+    for (int a = 0; a < D; ++a) at[a] = int(index / stride[a] % extent[a]) - kPad;
+    return at;
+  }
+  bool inside(const Cell<D>& at) const {
+    for (int a = 0; a < D; ++a)
+      if (at[a] < 0 || at[a] >= cells[a]) return false;
+    return true;
+  }
+  static constexpr std::size_t kCellsPerBlock = [] {
+    std::size_t n = 1;
+    for (int a = 0; a < D; ++a) n *= kBlock;
+    return n;
+  }();
+  /// Canonical key of a cell: block first, then the cell in the block.
+  std::size_t key(const Cell<D>& at) const {
+    std::size_t block = 0, local = 0;
+    for (int a = 0; a < D; ++a) {
+      block = block * std::size_t(blocks[a]) + std::size_t(at[a] / kBlock);
+      local = local * kBlock + std::size_t(at[a] % kBlock);
+    }
+    return block * kCellsPerBlock + local;
+  }
+  std::size_t key_count() const { return block_count * kCellsPerBlock; }
+};
+
+}  // namespace sim

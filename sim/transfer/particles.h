@@ -1,0 +1,63 @@
+#pragma once
+// Particles as they are stored: integer cell, offset in it, and the coefficients of the mode set for each velocity component.
+// A float world position would lose motion far from the origin; a float offset does not.
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+#include "sim/transfer/lattice.h"
+
+namespace sim {
+
+template <int D, class Real>
+using Vec = Eigen::Matrix<Real, D, 1>;
+
+template <int D, class Real>
+struct Particles {
+  std::vector<Cell<D>> cell;
+  std::vector<Vec<D, Real>> offset;        // [cells] in [0, 1)
+  std::vector<Real> coefficients;          // [m/s] particle, component, mode: row-major
+  std::vector<std::int64_t> id;            // from 0
+  int modes = 1;                           // coefficients a component
+  double mass = 0;                         // [kg] of each particle
+
+  std::size_t size() const { return id.size(); }
+  std::size_t row() const { return std::size_t(D * modes); }
+  std::span<Real> component(std::size_t p, int a) { return {&coefficients[p * row() + std::size_t(a * modes)], std::size_t(modes)}; }
+  std::span<const Real> component(std::size_t p, int a) const { return {&coefficients[p * row() + std::size_t(a * modes)], std::size_t(modes)}; }
+  /// Mean velocity: the constant modes [m/s].
+  Vec<D, Real> velocity(std::size_t p) const {
+    Vec<D, Real> v;
+    for (int a = 0; a < D; ++a) v[a] = component(p, a)[0];
+    return v;
+  }
+  /// Position in cells from the domain's lower corner.
+  Vec<D, double> place(std::size_t p) const {
+    Vec<D, double> x;
+    for (int a = 0; a < D; ++a) x[a] = double(cell[p][a]) + double(offset[p][a]);
+    return x;
+  }
+  void resize(std::size_t n) {
+    cell.resize(n), offset.resize(n), id.resize(n), coefficients.resize(n * row());
+  }
+};
+
+/// Where something is: cell and offset.
+template <int D, class Real>
+struct Site {
+  Cell<D> cell;
+  Vec<D, Real> offset;
+  /// Moves by `step` [cells]; an offset that rounds to 1 becomes 0 of the next cell.
+  void move(const Vec<D, Real>& step) {
+    for (int a = 0; a < D; ++a) {
+      const Real moved = offset[a] + step[a], whole = std::floor(moved);
+      cell[a] += int(whole);
+      offset[a] = moved - whole;
+      if (offset[a] >= 1) offset[a] = 0, ++cell[a];
+    }
+  }
+};
+
+}  // namespace sim
