@@ -1,0 +1,2 @@
+polypic_test(transfer LABEL fast LINK polypic_sim)
+polypic_test(liquid LABEL fast LINK polypic_sim)

@@ -1,0 +1,184 @@
+#include "sim/fluid/pressure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "sim/fluid/poisson.h"
+
+namespace sim {
+namespace {
+
+/// Liquid cells in ascending lattice index; number[cell] is the unknown or kNone.
+struct Numbering {
+  std::vector<std::uint32_t> cell;
+  std::vector<std::int32_t> number;
+};
+
+template <int D>
+Numbering number_cells(const std::vector<CellKind>& kind, const Lattice<D>& lattice) {
+  Numbering n;
+  n.number.assign(kind.size(), PoissonSystem::kNone);
+  for (std::size_t i = 0; i < kind.size(); ++i) {
+    if (kind[i] != CellKind::liquid) continue;
+    // A liquid cell shut in by solids on all sides has no face that moves: nothing to solve.
+    bool moves = false;
+    for (int a = 0; a < D; ++a)
+      moves = moves || kind[i - std::size_t(lattice.stride[a])] != CellKind::solid || kind[i + std::size_t(lattice.stride[a])] != CellKind::solid;
+    if (!moves) continue;
+    n.number[i] = std::int32_t(n.cell.size());
+    n.cell.push_back(std::uint32_t(i));
+  }
+  return n;
+}
+
+template <int D>
+PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind, const Lattice<D>& lattice) {
+  PoissonSystem s;
+  s.dimension = D;
+  s.neighbour.resize(n.cell.size());
+  s.diagonal.resize(n.cell.size());
+  base::parallel_chunks(n.cell.size(), 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      s.neighbour[i].fill(PoissonSystem::kNone);
+      double open = 0;
+      for (int a = 0; a < D; ++a)
+        for (int side = 0; side < 2; ++side) {
+          const std::size_t other = n.cell[i] + std::size_t(side ? lattice.stride[a] : -lattice.stride[a]);
+          if (kind[other] == CellKind::solid) continue;
+          open += 1;
+          s.neighbour[i][2 * a + side] = n.number[other];
+        }
+      s.diagonal[i] = open;
+    }
+  });
+  return s;
+}
+
+/// Net outflow of every unknown's cell [m/s].
+template <int D, class Real>
+std::vector<double> outflow(const FaceField<D, Real>& v, const Numbering& n, const Lattice<D>& lattice) {
+  std::vector<double> out(n.cell.size());
+  base::parallel_chunks(n.cell.size(), 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      double sum = 0;
+      for (int a = 0; a < D; ++a) sum += double(v[a][n.cell[i] + std::size_t(lattice.stride[a])]) - double(v[a][n.cell[i]]);
+      out[i] = sum;
+    }
+  });
+  return out;
+}
+
+/// Components of liquid without air: removes the mean of b there and pins the first unknown, which then stays 0. Returns their count.
+std::int64_t close_pockets(PoissonSystem& s, std::vector<double>& b) {
+  std::vector<std::int32_t> stack, members;
+  std::vector<std::uint8_t> seen(s.size(), 0);
+  std::int64_t pockets = 0;
+  for (std::size_t start = 0; start < s.size(); ++start) {
+    if (seen[start]) continue;
+    bool touches_air = false;
+    members.clear();
+    stack.assign(1, std::int32_t(start));
+    seen[start] = 1;
+    while (!stack.empty()) {
+      const std::int32_t i = stack.back();
+      stack.pop_back();
+      members.push_back(i);
+      double linked = 0;
+      for (const std::int32_t j : s.neighbour[std::size_t(i)]) {
+        if (j < 0) continue;
+        linked += 1;
+        if (!seen[std::size_t(j)]) seen[std::size_t(j)] = 1, stack.push_back(j);
+      }
+      touches_air = touches_air || linked < s.diagonal[std::size_t(i)];
+    }
+    if (touches_air) continue;
+    ++pockets;
+    std::sort(members.begin(), members.end());
+    double mean = 0;
+    for (const std::int32_t i : members) mean += b[std::size_t(i)];
+    mean /= double(members.size());
+    for (const std::int32_t i : members) b[std::size_t(i)] -= mean;
+    s.diagonal[start] += 1;
+  }
+  return pockets;
+}
+
+/// Solid faces get the solid's velocity, 0. A face is valid when liquid touches it.
+template <int D, class Real>
+void hold_solids(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const Lattice<D>& lattice, FaceMask<D>& valid) {
+  for (int a = 0; a < D; ++a) {
+    valid[a].assign(lattice.size, 0);
+    const auto s = std::size_t(lattice.stride[a]);
+    base::parallel_chunks(lattice.size - s, 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = s + begin; i < s + end; ++i) {
+        const CellKind below = kind[i - s], above = kind[i];
+        if (below == CellKind::solid || above == CellKind::solid) v[a][i] = 0;
+        valid[a][i] = below == CellKind::liquid || above == CellKind::liquid;
+      }
+    });
+  }
+}
+
+/// v -= difference of pressure across every face that moves and that liquid touches.
+template <int D, class Real>
+void subtract_gradient(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const Numbering& n, const std::vector<double>& p,
+                       const Lattice<D>& lattice) {
+  const auto pressure = [&](std::size_t cell) { return n.number[cell] >= 0 ? p[std::size_t(n.number[cell])] : 0.0; };
+  for (int a = 0; a < D; ++a) {
+    const auto s = std::size_t(lattice.stride[a]);
+    base::parallel_chunks(lattice.size - s, 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = s + begin; i < s + end; ++i) {
+        if (kind[i - s] == CellKind::solid || kind[i] == CellKind::solid) continue;
+        if (kind[i - s] == CellKind::liquid || kind[i] == CellKind::liquid) v[a][i] = Real(double(v[a][i]) - (pressure(i) - pressure(i - s)));
+      }
+    });
+  }
+}
+
+double largest(const std::vector<double>& values) {
+  double most = 0;
+  for (const double v : values) most = std::max(most, std::abs(v));
+  return most;
+}
+
+}  // namespace
+
+template <int D, class Real>
+PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>& kind, const Lattice<D>& lattice, double tolerance,
+                       FaceMask<D>& valid) {
+  hold_solids<D, Real>(velocity, kind, lattice, valid);
+  const Numbering n = number_cells<D>(kind, lattice);
+  PressureReport report;
+  report.unknowns = std::int64_t(n.cell.size());
+  if (n.cell.empty()) return report;
+
+  // Unknowns are p dt / (rho h) [m/s]: the equations need neither density nor time step.
+  PoissonSystem system = build_system<D>(n, kind, lattice);
+  std::vector<double> b = outflow<D, Real>(velocity, n, lattice);
+  for (double& v : b) v = -v;
+  if (!std::isfinite(largest(b)))
+    throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
+  report.closed_pockets = close_pockets(system, b);
+
+  std::vector<double> p(n.cell.size(), 0.0);
+  const bool direct = report.unknowns <= kDirectUnknowns;
+  const SolveReport solved = direct ? solve_directly(system, b, p) : solve_iteratively(system, b, tolerance, p);
+  report.iterations = solved.iterations;
+  report.residual = solved.residual;
+  if (!solved.converged)
+    throw base::Error({.code = base::Exit::unstable,
+                       .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", report.unknowns,
+                                              solved.residual, solved.iterations, tolerance)});
+  subtract_gradient<D, Real>(velocity, kind, n, p, lattice);
+  report.max_divergence = largest(outflow<D, Real>(velocity, n, lattice));
+  return report;
+}
+
+template PressureReport project(FaceField<3, float>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
+template PressureReport project(FaceField<3, double>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
+
+}  // namespace sim

@@ -1,0 +1,54 @@
+#include "sim/fluid/seeding.h"
+
+#include <cmath>
+
+#include "sim/random.h"
+
+namespace sim {
+
+template <int D, class Real>
+Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice, const Solids<D>& solids, int modes) {
+  const Options& o = scene.options;
+  const int edge = int(std::lround(std::pow(double(o.particles_per_cell), 1.0 / D)));
+  Particles<D, Real> particles;
+  particles.modes = modes;
+  particles.mass = scene.bodies.front().density * std::pow(o.cell, D) / double(o.particles_per_cell);
+
+  const auto owner = [&](const base::Vec3& at) -> const Body* {
+    for (const Shape& solid : solids.shapes)
+      if (solid.distance(at) < 0) return nullptr;
+    for (const Body& body : scene.bodies)
+      if (body.shape.distance(at) < 0) return &body;
+    return nullptr;
+  };
+
+  std::uint64_t cell_number = 0;
+  for (std::size_t i = 0; i < lattice.size; ++i) {
+    const Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
+    if (!lattice.inside(at)) continue;
+    for (int sub = 0; sub < int(o.particles_per_cell); ++sub) {
+      Vec<D, Real> offset;
+      base::Vec3 place = o.domain.lower;
+      for (int a = D - 1, rest = sub; a >= 0; --a, rest /= edge) {
+        const double within = o.seeding == Seeding::regular ? 0.5 : uniform(std::uint64_t(o.seed), cell_number, std::uint64_t(sub * D + a));
+        // The largest float below 1 keeps an offset that rounds up inside its cell.
+        offset[a] = std::min(Real((rest % edge + within) / edge), std::nextafter(Real(1), Real(0)));
+        place[a] += o.cell * (at[a] + double(offset[a]));
+      }
+      const Body* body = owner(place);
+      if (!body) continue;
+      particles.cell.push_back(at);
+      particles.offset.push_back(offset);
+      particles.id.push_back(std::int64_t(particles.id.size()));
+      for (int a = 0; a < D; ++a)
+        for (int r = 0; r < modes; ++r) particles.coefficients.push_back(r == 0 ? Real(body->velocity[a]) : Real(0));
+    }
+    ++cell_number;
+  }
+  return particles;
+}
+
+template Particles<3, float> seed_particles(const Scene&, const Lattice<3>&, const Solids<3>&, int);
+template Particles<3, double> seed_particles(const Scene&, const Lattice<3>&, const Solids<3>&, int);
+
+}  // namespace sim
