@@ -8,6 +8,7 @@ namespace base {
 
 std::string Range::text() const {
   const bool below = std::isfinite(low), upper = std::isfinite(high);
+  if (low == high) return to_text(low);
   if (below && upper && low_open == high_open)
     return "between " + to_text(low) + " and " + to_text(high) + (low_open ? " (both excluded)" : "");
   std::string out;

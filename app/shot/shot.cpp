@@ -1,0 +1,156 @@
+#include "app/shot/shot.h"
+
+#include <algorithm>
+#include <cassert>
+#include <map>
+
+#include "app/shot/layers.h"
+#include "app/shot/reader.h"
+#include "app/shot/toml.h"
+#include "base/atomic_file.h"
+
+namespace app {
+namespace {
+
+constexpr std::uintmax_t kLargestShot = 1 << 20;  // [bytes]
+constexpr std::array<std::string_view, 1> kUpNames{"z"};
+
+/// A shot and what was read to get it.
+struct Reading {
+  Shot shot;
+  Node given, complete;
+};
+
+Reading read_merged(const Node& root, const std::string& file) {
+  Reading out;
+  Reader reader(root, file);
+  out.shot.params(reader);
+  reader.finish();
+  reader.throw_if_wrong();
+  out.given = reader.given();
+  out.complete = reader.complete();
+  return out;
+}
+
+// A misspelt key in a rung that is not chosen would wait for the day when it is.
+void check_other_rungs(const Layers& layers) {
+  for (const std::string_view name : kRungs) {
+    const std::string quality(name);
+    if (quality == layers.quality || !layers.qualities.find(quality)) continue;
+    const Node root = merged_for(layers, quality);
+    Shot scratch;
+    Reader reader(root, layers.file);
+    scratch.params(reader);
+    reader.finish();
+    reader.throw_if_wrong_under(under(quality));
+  }
+}
+
+Reading read_text(std::string_view text, const std::string& file, const Overrides& overrides) {
+  const Layers layers = make_layers(parse_toml(text, file), file, overrides.quality, overrides.sets);
+  Reading reading = read_merged(merged(layers), file);
+  check_other_rungs(layers);
+  return reading;
+}
+
+std::string look_of(const sim::Body& body) { return body.look.empty() ? body.material : body.look; }
+
+void require_look(base::Params& p, const std::map<std::string, render::Look>& looks, const std::string& look, const std::string& key) {
+  std::string names;
+  for (const auto& [name, unused] : looks) names += (names.empty() ? "" : ", ") + name;
+  p.require(looks.contains(look), key, "there is no such look; there are " + names);
+}
+
+// Copies the keys of `list` from every entry, or all but those.
+Node entries(const Node& root, std::string_view list, std::string_view key, bool only) {
+  Node out;
+  out.kind = Node::Kind::array;
+  const Node* from = root.find(list);
+  if (!from) return out;
+  for (Node entry : from->items) {
+    for (const std::string& name : std::vector<std::string>(entry.keys))
+      if ((name == key) != only) entry.remove(name);
+    out.items.push_back(std::move(entry));
+  }
+  return out;
+}
+
+}  // namespace
+
+void Shot::params(base::Params& p) {
+  p.table("shot", "the film", [&](base::Params& q) {
+    std::string up = "z";
+    q("frames", frames, "1", "frames to make; frame 1 is t = 0", base::within(1, 1e6));
+    q("fps", fps, "1/s", "frames a second", base::above(0));
+    q("up", up, "the direction that is up", kUpNames);
+    q("quality", quality, "rung of the ladder of accuracy: sets sim.transfer, kernel and modes, and render.spp", kRungs);
+  });
+  scene.params(p);
+  p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
+  render.params(p);
+
+  p.require(!scene.bodies.empty(), "body", "a shot needs at least one [[body]]");
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const sim::Body& body = scene.bodies[i];
+    const std::string key = "body." + std::to_string(i + 1);
+    p.require(body.shape.box || body.shape.sphere, key + ".shape", "a body needs a shape");
+    require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
+    p.require(look_of(body) == look_of(scene.bodies.front()), key + ".look", "one liquid has one look: all bodies must have the same");
+  }
+  for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
+    const sim::Collider& collider = scene.colliders[i];
+    const std::string key = "collider." + std::to_string(i + 1);
+    p.require(collider.shape.box || collider.shape.sphere, key + ".shape", "a collider needs a shape");
+    require_look(p, render.looks, collider.look, key + ".look");
+  }
+}
+
+Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
+  Reading reading = read_text(base::read_file(file, kLargestShot), file.string(), overrides);
+  Shot shot = std::move(reading.shot);
+  shot.name = file.stem().string();
+  shot.file = file;
+  shot.resolved = shot_text(reading.given);
+  shot.render.colliders = shot.scene.colliders;
+  shot.render.liquid_look = look_of(shot.scene.bodies.front());
+  shot.render.domain = shot.scene.options.domain;
+  return shot;
+}
+
+std::vector<std::string> changed_keys(const std::string& resolved_before, const std::string& resolved_now) {
+  const auto before = flat(parse_toml(resolved_before, "shot.toml")), now = flat(parse_toml(resolved_now, "shot.toml"));
+  const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(now.begin(), now.end());
+  std::vector<std::string> changed;
+  for (const auto& [key, value] : now)
+    if (const auto found = old.find(key); found == old.end() || found->second != value) changed.push_back(key);
+  for (const auto& [key, value] : before)
+    if (!fresh.contains(key)) changed.push_back(key);
+  std::erase(changed, "shot.frames");
+  return changed;
+}
+
+// Read again from `resolved`, because only the reader knows what a preset's table was before its defaults were filled in.
+std::string stage_text(const Shot& shot, const std::string& stage) {
+  Node all = read_text(shot.resolved, shot.file.string(), {}).complete;
+  Node keys;
+  const auto take = [&](std::string_view section) {
+    if (const Node* found = all.find(section)) keys.at(section) = *found;
+  };
+  if (stage == "simulate") {
+    keys.at("shot").at("fps") = make_node(shot.fps);
+    take("sim");
+    keys.at("body") = entries(all, "body", "look", false);
+    keys.at("collider") = entries(all, "collider", "look", false);
+    take("effect");
+  } else if (stage == "surface") {
+    take("surface");
+  } else {
+    assert(stage == "render" && "there are three stages");
+    for (const auto section : {"render", "camera", "light", "look"}) take(section);
+    keys.at("body") = entries(all, "body", "look", true);
+    keys.at("collider") = entries(all, "collider", "look", true);
+  }
+  return shot_text(keys);
+}
+
+}  // namespace app
