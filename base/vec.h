@@ -1,6 +1,7 @@
 #pragma once
 // Small vectors shared by all folders. Lengths in metres unless a declaration says otherwise.
 #include <Eigen/Core>
+#include <Eigen/Geometry>   // cross products
 
 namespace base {
 

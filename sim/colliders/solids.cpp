@@ -8,12 +8,24 @@ namespace {
 /// Particles stop this far from a wall or collider [cells]: on the wall itself they would sit on the edge of two cells.
 constexpr double kSkin = 1e-3;
 
+/// A box that stands on a wall goes on behind it: the side in the wall is no way out.
+Shape continued_through_walls(Shape shape, const base::Box& domain, double cell) {
+  if (!shape.box) return shape;
+  const base::Vec3 size = domain.size();
+  for (int a = 0; a < 3; ++a) {
+    if (shape.box->lower[a] < domain.lower[a] + 1e-6 * cell) shape.box->lower[a] -= size[a];
+    if (shape.box->upper[a] > domain.upper[a] - 1e-6 * cell) shape.box->upper[a] += size[a];
+  }
+  return shape;
+}
+
 }  // namespace
 
 template <int D>
 Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
     : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), solid(grid.size, 1) {
-  for (const Collider& collider : scene.colliders) shapes.push_back(collider.shape);
+  for (const Collider& collider : scene.colliders)
+    shapes.push_back(continued_through_walls(collider.shape, scene.options.domain, cell));
   for (std::size_t i = 0; i < lattice.size; ++i) {
     const Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
     if (!lattice.inside(at)) continue;

@@ -8,7 +8,7 @@ namespace sim {
 
 /// Which faces hold a velocity, by lattice index: 1 valid, 0 not.
 template <int D>
-using FaceMask = std::array<std::vector<std::uint8_t>, D>;
+struct FaceMask : std::array<std::vector<std::uint8_t>, std::size_t(D)> {};
 
 /// Fills faces that are not valid, layer after layer, each with the mean of its axis neighbours in earlier layers. `layers` cells deep;
 /// faces beyond get 0.

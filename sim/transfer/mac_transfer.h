@@ -13,7 +13,7 @@ namespace sim {
 
 /// One number per face, an array for each axis, indexed by Lattice.
 template <int D, class Real>
-using FaceField = std::array<std::vector<Real>, D>;
+struct FaceField : std::array<std::vector<Real>, std::size_t(D)> {};
 
 template <int D, class Real>
 struct MacVelocity {
