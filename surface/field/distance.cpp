@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "surface/field/level_set.h"
+
+namespace surface::field {
+namespace {
+
+/// Distance at a voxel from its neighbours', each axis giving the nearer of two: |grad d| = 1, upwind [Zhao05].
+float eikonal(float a, float b, float c) {
+  if (a > b) std::swap(a, b);
+  if (b > c) std::swap(b, c);
+  if (a > b) std::swap(a, b);
+  const float one = a + 1;
+  const float two = 0.5f * (a + b + std::sqrt(std::max(0.0f, 2 - (a - b) * (a - b))));
+  const float sum = a + b + c, three = (sum + std::sqrt(std::max(0.0f, sum * sum - 3 * (a * a + b * b + c * c - 1)))) / 3;
+  return one <= b ? one : two <= c ? two : three;
+}
+
+/// Spreads the distance of the voxels that are `known` to the others, whose sign is theirs already; up to kFar.
+Field spread(const Blocks& blocks, Field distance, const std::vector<std::uint8_t>& known, int passes) {
+  Field next(distance.size());
+  for (int pass = 0; pass < passes; ++pass) {
+    each_block(blocks, [&](std::size_t b) {
+      Padded d;
+      load(blocks, distance, b, d);
+      for (int v = 0; v < kVoxels; ++v) {
+        const std::size_t at = b * kVoxels + std::size_t(v);
+        const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
+        const float sign = std::copysign(1.0f, d[i][j][k]), own = std::fabs(d[i][j][k]);
+        const float x = std::min(sign * d[i - 1][j][k], sign * d[i + 1][j][k]);
+        const float y = std::min(sign * d[i][j - 1][k], sign * d[i][j + 1][k]);
+        const float z = std::min(sign * d[i][j][k - 1], sign * d[i][j][k + 1]);
+        const float best = eikonal(std::fabs(x), std::fabs(y), std::fabs(z));
+        next[at] = known[at] ? d[i][j][k] : sign * std::min(own, best);
+      }
+    });
+    distance.swap(next);
+  }
+  return distance;
+}
+
+/// Distance to the plane through the crossings on the three axes: 1 / sqrt(sum 1 / t^2); none when no axis crosses.
+float crossing_distance(const Padded& d, int i, int j, int k) {
+  const float own = d[i][j][k];
+  const auto nearer = [&](float a, float b) {
+    float t = 2;   // fraction of a voxel; above 1: no crossing
+    for (const float other : {a, b})
+      if ((other < 0) != (own < 0)) t = std::min(t, own / (own - other));
+    return t;
+  };
+  float sum = 0;
+  for (const float t : {nearer(d[i - 1][j][k], d[i + 1][j][k]), nearer(d[i][j - 1][k], d[i][j + 1][k]), nearer(d[i][j][k - 1], d[i][j][k + 1])})
+    if (t <= 1) sum += 1 / std::max(t * t, 1e-8f);
+  return sum > 0 ? std::copysign(1 / std::sqrt(sum), own) : 0;
+}
+
+}  // namespace
+
+Field distance_from_crossings(const Blocks& blocks, const Field& field) {
+  Field start(field.size());
+  std::vector<std::uint8_t> known(field.size());
+  each_block(blocks, [&](std::size_t b) {
+    Padded d;
+    load(blocks, field, b, d);
+    for (int v = 0; v < kVoxels; ++v) {
+      const std::size_t at = b * kVoxels + std::size_t(v);
+      const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
+      const float near = crossing_distance(d, i, j, k);
+      known[at] = near != 0;
+      start[at] = known[at] ? near : std::copysign(kFar, d[i][j][k]);
+    }
+  });
+  constexpr int kPasses = 8;   // a diagonal step takes three
+  return spread(blocks, std::move(start), known, kPasses);
+}
+
+Field distance_from_slope(const Blocks& blocks, const Field& field) {
+  constexpr float kSmooth = 2.2f;   // a vertex normal reads voxels up to two from the surface
+  Field start(field.size());
+  std::vector<std::uint8_t> known(field.size());
+  each_block(blocks, [&](std::size_t b) {
+    Padded d;
+    load(blocks, field, b, d);
+    for (int v = 0; v < kVoxels; ++v) {
+      const std::size_t at = b * kVoxels + std::size_t(v);
+      const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
+      const Eigen::Vector3f slope(d[i + 1][j][k] - d[i - 1][j][k], d[i][j + 1][k] - d[i][j - 1][k], d[i][j][k + 1] - d[i][j][k - 1]);
+      const float near = d[i][j][k] / std::clamp(slope.norm() / 2, 0.7f, 1.5f);   // outside this range phi is a ridge, not a slope
+      known[at] = std::fabs(near) < kSmooth;
+      start[at] = known[at] ? near : std::copysign(kFar, d[i][j][k]);
+    }
+  });
+  constexpr int kPasses = 4;   // from 2.2 to beyond the band
+  return spread(blocks, std::move(start), known, kPasses);
+}
+
+void cut(const Blocks& blocks, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance) {
+  each_block(blocks, [&](std::size_t b) {
+    const Index3 origin = blocks.coordinate[b] * kBlock;
+    for (int v = 0; v < kVoxels; ++v) {
+      const Eigen::Vector3f x = (origin + Index3(v / (kBlock * kBlock), v / kBlock % kBlock, v % kBlock)).cast<float>();
+      const Eigen::Vector3f q = (lower - x).cwiseMax(x - upper);
+      const float box = q.cwiseMax(0).norm() + std::min(0.0f, q.maxCoeff());
+      float& d = distance[b * kVoxels + std::size_t(v)];
+      d = std::min(std::max(d, box), kFar);
+    }
+  });
+}
+
+}  // namespace surface::field

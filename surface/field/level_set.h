@@ -1,0 +1,29 @@
+#pragma once
+// From particles to a smooth signed distance, pass by pass. Each pass is a function of its arguments alone and gathers, so the
+// result has the same bits for any number of threads. Distances in voxels.
+#include "surface/field/blocks.h"
+#include "surface/field/cloud.h"
+
+namespace surface::field {
+
+/// Averaged spheres [Zhu05 eq 3]: |x - mean of the particles near x| - mean of their radii, weights (1 - s^2)^3; not inside
+/// further than `scale.gap` from every particle, so that water on two sides does not fill the air between.
+Field rasterize(const Cloud&, const Blocks&, const Scale&);
+
+/// The same zero set as a distance up to kFar: axis crossings beside the surface, the eikonal equation away from it.
+Field distance_from_crossings(const Blocks&, const Field&);
+
+/// Distance again after smoothing: phi / |grad phi| where phi is smooth, the eikonal equation further out. Keeps normals smooth.
+Field distance_from_slope(const Blocks&, const Field&);
+
+/// `passes` binomial filters S applied as 2 S^p - S^2p, whose response is 1 to fourth order: bumps go, volume and curvature
+/// stay. No value moves by more than `limit`, which keeps drops and sheets that the filter would swallow.
+Field smooth(const Blocks&, const Field&, int passes, float limit);
+
+/// Velocity of the particles near each voxel with |distance| < band, in the order of its blocks; zero elsewhere.
+std::vector<base::Vec3f> velocity(const Cloud&, const Blocks&, const Field& distance, float band);
+
+/// Cuts to the box: the larger of the distance and the box's own [voxels from the lattice's origin].
+void cut(const Blocks&, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance);
+
+}  // namespace surface::field

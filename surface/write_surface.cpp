@@ -1,0 +1,119 @@
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/SignedFloodFill.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "surface/field/level_set.h"
+#include "surface/files/vdb_file.h"
+#include "surface/surface.h"
+
+namespace surface {
+namespace {
+
+constexpr float kBand = 3;       // [voxels] half-width of the narrow band that is written
+constexpr float kLimit = 0.35f;  // [voxels] smoothing moves the surface no further
+
+field::Scale make_scale(const sim::Frame& frame, const Options& options, const Room& room, double voxel) {
+  const double edge = frame.pscale > 0 ? frame.pscale * std::cbrt(4 * M_PI / 3) : room.cell / 2;   // [m] of a cube with a particle's volume
+  field::Scale s;
+  s.spacing = float(edge / voxel);
+  s.search = std::max(3 * s.spacing, 2.0f);
+  // Far from the ends of a half-space of particles |x - mean| = 0.246 search at its boundary, for weights (1 - s^2)^3.
+  s.radius = options.radius ? float(*options.radius / voxel) : 0.246f * s.search;
+  s.lone = std::max({0.75f * s.spacing, 1.25f, s.radius});
+  s.gap = std::max(1.5f * s.spacing, s.lone);
+  s.reach = field::kFar + s.lone;
+  return s;
+}
+
+openvdb::math::Transform::Ptr make_transform(const field::Lattice& lattice) {
+  auto transform = openvdb::math::Transform::createLinearTransform(lattice.voxel);
+  transform->postTranslate(openvdb::Vec3d(lattice.origin[0], lattice.origin[1], lattice.origin[2]));
+  return transform;
+}
+
+openvdb::Coord first_voxel(const field::Index3& block) { return {block[0] * field::kBlock, block[1] * field::kBlock, block[2] * field::kBlock}; }
+
+openvdb::FloatGrid::Ptr level_set_grid(const field::Blocks& blocks, const field::Field& distance, const field::Lattice& lattice) {
+  const float background = kBand * float(lattice.voxel);
+  auto grid = openvdb::FloatGrid::create(background);
+  grid->setName("surface");
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  for (std::size_t b = 0; b < blocks.count(); ++b) {
+    const float* d = distance.data() + b * field::kVoxels;
+    if (std::none_of(d, d + field::kVoxels, [](float x) { return std::fabs(x) < kBand; })) continue;
+    auto* leaf = grid->tree().touchLeaf(first_voxel(blocks.coordinate[b]));
+    for (openvdb::Index v = 0; v < field::kVoxels; ++v)
+      if (std::fabs(d[v]) < kBand) leaf->setValueOn(v, d[v] * float(lattice.voxel));
+      else leaf->setValueOff(v, std::copysign(background, d[v]));
+  }
+  openvdb::tools::signedFloodFill(grid->tree());
+  return grid;
+}
+
+openvdb::Vec3SGrid::Ptr velocity_grid(const field::Blocks& blocks, const field::Field& distance, const std::vector<base::Vec3f>& velocity, const std::string& name) {
+  auto grid = openvdb::Vec3SGrid::create();
+  grid->setName(name);
+  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  for (std::size_t b = 0; b < blocks.count(); ++b) {
+    const float* d = distance.data() + b * field::kVoxels;
+    if (std::none_of(d, d + field::kVoxels, [](float x) { return std::fabs(x) < kBand; })) continue;
+    auto* leaf = grid->tree().touchLeaf(first_voxel(blocks.coordinate[b]));
+    for (openvdb::Index v = 0; v < field::kVoxels; ++v)
+      if (std::fabs(d[v]) < kBand) {
+        const base::Vec3f& u = velocity[b * field::kVoxels + v];
+        leaf->setValueOn(v, openvdb::Vec3f(u[0], u[1], u[2]));
+      }
+  }
+  return grid;
+}
+
+}  // namespace
+
+void write_surface(const std::filesystem::path& path, const sim::Frame& frame, const Options& options, const Room& room, base::Ledger& ledger) {
+  const field::Lattice lattice = {room.domain.lower, options.voxel.value_or(room.cell / 2)};
+  const field::Scale scale = make_scale(frame, options, room, lattice.voxel);
+  field::Cloud cloud;
+  field::Blocks blocks;
+  field::Field distance;
+  std::vector<base::Vec3f> velocity;
+  {
+    const auto timer = ledger.pass("rasterize");
+    cloud = field::make_cloud(frame, room.domain, lattice, scale);
+    blocks = field::make_blocks(cloud, scale);
+    distance = field::rasterize(cloud, blocks, scale);
+  }
+  {
+    const auto timer = ledger.pass("rebuild");
+    distance = field::distance_from_crossings(blocks, distance);
+  }
+  if (options.smooth > 0) {
+    const auto timer = ledger.pass("smooth");
+    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), kLimit);
+  }
+  {
+    const auto timer = ledger.pass("rebuild");
+    distance = field::distance_from_slope(blocks, distance);
+    const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
+    field::cut(blocks, base::Vec3f(0, 0, -0.5f), upper, distance);
+  }
+  {
+    const auto timer = ledger.pass("velocity");
+    velocity = field::velocity(cloud, blocks, distance, kBand);
+  }
+  const auto timer = ledger.pass("write_surface");
+  openvdb::GridCPtrVec grids;
+  for (const openvdb::GridBase::Ptr& grid : {openvdb::GridBase::Ptr(level_set_grid(blocks, distance, lattice)),
+                                             openvdb::GridBase::Ptr(velocity_grid(blocks, distance, velocity, options.vel_name))}) {
+    grid->setTransform(make_transform(lattice));
+    grid->setSaveFloatAsHalf(true);
+    grid->setCreator("polypic");
+    grid->insertMeta("frame", openvdb::Int64Metadata(frame.number));
+    grid->insertMeta("time", openvdb::DoubleMetadata(frame.time));
+    grids.push_back(grid);
+  }
+  files::write(path, grids, {});
+}
+
+}  // namespace surface
