@@ -1,5 +1,6 @@
 #pragma once
 // Level set mesh, colliders, lights and camera -> image. Two renderers: a path tracer (Embree) and a quick point preview (OSMesa).
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -19,15 +20,15 @@ namespace render {
 /// How a surface scatters light. [look.NAME]
 struct Look {
   std::string model = "diffuse";                            // "diffuse" | "dielectric"
-  base::Vec3 color = base::Vec3(0.7, 0.7, 0.7);             // albedo, scene-linear Rec.709
-  double ior = 1.333;                                       // [1] dielectric
-  base::Vec3 absorption = base::Vec3(0, 0, 0);              // [1/m] dielectric, per colour
+  base::Vec3 color = base::Vec3(0.7, 0.7, 0.7);             // albedo, scene-linear Rec.709; diffuse only
+  double ior = 1.333;                                       // [1] dielectric only
+  base::Vec3 absorption = base::Vec3(0, 0, 0);              // [1/m] dielectric only, per colour
   void params(base::Params&);
 };
-/// Looks by name: water, plaster ... The shot's [look.NAME] tables change or add.
+/// Looks by name: water, glass, plaster, slate, and ground for the floor. The shot's [look.NAME] tables change or add.
 std::map<std::string, Look> shipped_looks();
 
-/// [camera]. What is unset is chosen so that the whole domain is in view.
+/// [camera]. What is unset is chosen so that the whole domain is in view, seen three-quarter from the front and above.
 struct Camera {
   std::optional<base::Vec3> position, target;               // [m]
   base::Vec3 up = base::Vec3(0, 0, 1);
@@ -35,22 +36,26 @@ struct Camera {
   void params(base::Params&);
 };
 
-/// [[light]].
+/// [[light]]. Lights that a shot names replace the default ones: a shot that names no sky has a black one.
 struct Light {
-  std::string kind = "area";                                // "area" | "sky" (| "sun")
+  std::string kind = "area";                                // "area": a rectangle that shines to one side | "sky": gradient
   base::Vec3 position = base::Vec3(0, 0, 3), target = base::Vec3(0, 0, 0);  // [m] area: centre, and where it faces
-  base::Vec3 size = base::Vec3(1, 1, 0);                    // [m] area: width, height
-  base::Vec3 color = base::Vec3(1, 1, 1);
-  double intensity = 1;                                     // area: radiance; sky: multiplier
+  double width = 1, height = 1;                             // [m] area
+  base::Vec3 color = base::Vec3(1, 1, 1);                   // sky: at the zenith
+  base::Vec3 horizon = base::Vec3(1, 1, 1);                 // sky: at and below the horizon
+  double intensity = 1;                                     // [1] radiance that color is multiplied with
   void params(base::Params&);
 };
+/// A soft sky and one warm area light from the upper side, in proportion to the domain.
+std::vector<Light> default_lights(const base::Box& domain);
 
 /// [render].
 struct Options {
   std::int64_t width = 960, height = 540;
   std::int64_t spp = 16;                                    // samples a pixel
   std::int64_t bounces = 12;
-  std::string caustics = "straight";                        // tinted straight shadow rays through dielectrics: biased, quiet
+  std::string caustics = "straight";                        // "straight": tinted straight shadow rays through dielectrics, biased and quiet
+                                                            // "path": none of that; light behind dielectrics is found by chance, unbiased and noisy
   std::string view = "filmic";                              // "filmic" | "srgb": PNG only
   double exposure = 0;                                      // [stops] PNG only
   void params(base::Params&);
@@ -69,7 +74,9 @@ struct Setting {
   void params(base::Params&);
 };
 
-/// Linear RGBA and the other channels by EXR name, each width * height * (channels) floats, rows top-down.
+/// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
+/// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
+/// samples, 0 where there is only sky) samples. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
@@ -86,9 +93,11 @@ struct Stamp {
 /// A scene that stays: colliders, lights and ground are built once, the liquid's mesh frame by frame.
 class PathTracer {
  public:
+  /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there.
   PathTracer(const Setting&, int threads);
   ~PathTracer();
-  /// Same bits for any number of threads. Passes bvh and trace go to `ledger`.
+  /// Same bits for any number of threads. Passes bvh and trace go to `ledger`. No sample is clamped; one that is not finite
+  /// throws base::Error (exit 1) naming the pixel.
   Image trace(const surface::Mesh&, std::int64_t frame, base::Ledger&);
 
  private:
@@ -99,7 +108,8 @@ class PathTracer {
 /// Particles as points coloured by speed, with a colour bar and `caption`. Same bits for any number of threads.
 Image preview(const Setting&, const sim::Frame&, const std::string& caption, double top_speed);
 
-/// EXR: half for colour, float for the rest, metadata. Atomic.
+/// EXR: half for colour (what is above 65504, the largest half, is written as that), float for the rest, ZIP, metadata. Atomic.
+/// A pixel that is not finite throws base::Error (exit 1), and no file is written.
 void write_exr(const std::filesystem::path&, const Image&, const Stamp&, base::Ledger&);
 /// 8-bit PNG through the view and exposure of `options`; a preview goes in as it is (`display_referred`). Atomic.
 void write_png(const std::filesystem::path&, const Image&, const Options& options, bool display_referred, base::Ledger&);
@@ -109,6 +119,7 @@ struct ImageInfo {
   std::vector<std::string> channels;
   std::vector<std::array<std::string, 2>> metadata;
 };
+/// Throws base::Error ("PATH: reason", exit 2) when the file cannot be read.
 ImageInfo info(const std::filesystem::path&);
 
 }  // namespace render

@@ -1,0 +1,112 @@
+// Image files; the only file that knows OpenImageIO.
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "render/image/tone.h"
+#include "render/render.h"
+
+namespace render {
+namespace {
+
+constexpr float kLargestHalf = 65504;
+
+/// Colours are halves; what measures the scene keeps its precision.
+bool is_color(const std::string& channel) {
+  return channel == "R" || channel == "G" || channel == "B" || channel == "A" || channel.starts_with("albedo.");
+}
+
+void check_finite(const Image& image, const std::filesystem::path& path) {
+  const std::size_t channels = image.channels.size();
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    if (std::isfinite(image.pixels[i])) continue;
+    const auto pixel = static_cast<std::int64_t>(i / channels);
+    throw base::Error({.code = base::Exit::fault, .message = path.string() + ": pixel (" + std::to_string(pixel % image.width) + ", " +
+                                                             std::to_string(pixel / image.width) + "), channel " + image.channels[i % channels] + " is not finite"});
+  }
+}
+
+/// Writes `pixels` as `spec` says to a file that is whole or not there.
+void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
+  base::write_atomically(path, [&](const std::filesystem::path& temporary) {
+    const auto out = OIIO::ImageOutput::create(temporary.string());
+    if (!out) base::throw_io(path.string(), OIIO::geterror());
+    if (!out->open(temporary.string(), spec) || !out->write_image(type, pixels) || !out->close()) base::throw_io(path.string(), out->geterror());
+  });
+}
+
+/// Noise of one code value that is the same for a pixel in every frame: it breaks up the steps of a slow gradient.
+float dither(std::uint32_t x, std::uint32_t y, std::uint32_t c) {
+  std::uint32_t h = x * 0x9e3779b1u ^ y * 0x85ebca77u ^ c * 0xc2b2ae3du;
+  h ^= h >> 15;
+  h *= 0x2c1b3c6du;
+  h ^= h >> 12;
+  h *= 0x297a2d39u;
+  h ^= h >> 15;
+  return static_cast<float>(h >> 8) * 0x1p-24f;
+}
+
+std::size_t channel_index(const Image& image, const char* name) {
+  return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) - image.channels.begin());
+}
+
+}  // namespace
+
+void write_exr(const std::filesystem::path& path, const Image& image, const Stamp& stamp, base::Ledger& ledger) {
+  const auto pass = ledger.pass("write_image", static_cast<std::int64_t>(image.pixels.size() * sizeof(float)));
+  check_finite(image, path);
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels.size()), OIIO::TypeFloat);
+  spec.channelnames = image.channels;
+  for (const std::string& channel : image.channels) spec.channelformats.push_back(is_color(channel) ? OIIO::TypeHalf : OIIO::TypeFloat);
+  spec.attribute("compression", "zip");
+  spec.attribute("oiio:ColorSpace", "Linear");
+  spec.attribute("polypic:frame", static_cast<int>(stamp.frame));
+  spec.attribute("polypic:time", static_cast<float>(stamp.time));
+  spec.attribute("polypic:shot", stamp.shot);
+  spec.attribute("polypic:hash", stamp.hash);
+  spec.attribute("polypic:spp", static_cast<int>(stamp.spp));
+  spec.attribute("polypic:version", stamp.version);
+  std::vector<float> pixels = image.pixels;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (is_color(image.channels[i % image.channels.size()])) pixels[i] = std::clamp(pixels[i], -kLargestHalf, kLargestHalf);
+  write(path, spec, OIIO::TypeFloat, pixels.data());
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, const Options& options, bool display_referred, base::Ledger& ledger) {
+  const auto pass = ledger.pass("write_image", image.width * image.height * 3);
+  check_finite(image, path);
+  const std::size_t channels = image.channels.size();
+  const std::array<std::size_t, 3> rgb{channel_index(image, "R"), channel_index(image, "G"), channel_index(image, "B")};
+  const float gain = static_cast<float>(std::exp2(options.exposure));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(image.width * image.height) * 3);
+  for (std::size_t i = 0; i < bytes.size() / 3; ++i) {
+    const float* in = &image.pixels[i * channels];
+    base::Vec3f v(in[rgb[0]], in[rgb[1]], in[rgb[2]]);
+    if (!display_referred) v *= gain;
+    if (!display_referred && options.view == "filmic") v = image::filmic(v);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float shown = v[static_cast<int>(c)];
+      const auto x = static_cast<std::uint32_t>(i % static_cast<std::size_t>(image.width)), y = static_cast<std::uint32_t>(i / static_cast<std::size_t>(image.width));
+      const float code = display_referred ? 255 * shown + 0.5f : 255 * image::srgb_code(shown) + dither(x, y, static_cast<std::uint32_t>(c));
+      bytes[i * 3 + c] = static_cast<std::uint8_t>(std::clamp(code, 0.0f, 255.0f));
+    }
+  }
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeUInt8);
+  spec.attribute("oiio:ColorSpace", "sRGB");
+  write(path, spec, OIIO::TypeUInt8, bytes.data());
+}
+
+ImageInfo info(const std::filesystem::path& path) {
+  const auto in = OIIO::ImageInput::open(path.string());
+  if (!in) base::throw_input(path.string(), OIIO::geterror());
+  const OIIO::ImageSpec& spec = in->spec();
+  ImageInfo result{.width = spec.width, .height = spec.height, .channels = spec.channelnames, .metadata = {}};
+  for (const auto& attribute : spec.extra_attribs) result.metadata.push_back({attribute.name().string(), attribute.get_string()});
+  return result;
+}
+
+}  // namespace render

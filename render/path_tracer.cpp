@@ -1,0 +1,122 @@
+// Tiles of pixels to threads, samples to pixels.
+#include <pmmintrin.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "render/render.h"
+#include "render/sampling/sampler.h"
+#include "render/trace/filter.h"
+#include "render/trace/integrator.h"
+#include "render/view/view.h"
+
+namespace render {
+namespace {
+
+using base::Vec3f;
+
+constexpr std::int64_t kTile = 16;  // [pixels]
+const std::vector<std::string> kChannels = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "Z", "samples"};
+
+/// Denormal numbers count as zero, as Embree's traversal wants it, until the end of the scope.
+class FlushDenormals {
+ public:
+  FlushDenormals() : saved_(_mm_getcsr()) {
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+  }
+  ~FlushDenormals() { _mm_setcsr(saved_); }
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+  unsigned saved_;
+};
+
+[[noreturn]] void complain_of_pixel(std::int64_t x, std::int64_t y, std::int64_t sample, std::int64_t frame) {
+  throw base::Error({.code = base::Exit::fault, .message = "render: frame " + std::to_string(frame) + ", pixel (" + std::to_string(x) + ", " +
+                                                           std::to_string(y) + "), sample " + std::to_string(sample) + ": radiance is not finite"});
+}
+
+std::int64_t bytes_of(const surface::Mesh& mesh) {
+  return static_cast<std::int64_t>(mesh.position.size() * 2 * sizeof(Vec3f) + mesh.quads.size() * sizeof(mesh.quads[0]));
+}
+
+}  // namespace
+
+struct PathTracer::Impl {
+  Impl(const Setting& s, int threads)
+      : options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), view(view::resolve(s.camera, s.domain, options.width, options.height)), arena(threads) {}
+
+  trace::Ray camera_ray(double x, double y) const {
+    const double a = (2 * x / static_cast<double>(options.width) - 1) * view.tan_x, b = (1 - 2 * y / static_cast<double>(options.height)) * view.tan_y;
+    return {view.position.cast<float>(), (view.forward + a * view.right + b * view.up).normalized().cast<float>()};
+  }
+  void pixel(const sampling::Sequence&, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const;
+  void tile(const sampling::Sequence&, std::int64_t number, std::int64_t frame, Image&) const;
+  std::int64_t tiles_across() const { return (options.width + kTile - 1) / kTile; }
+  std::int64_t tiles() const { return tiles_across() * ((options.height + kTile - 1) / kTile); }
+
+  Options options;
+  trace::Scene scene;
+  trace::Geometry geometry;
+  view::View view;
+  trace::PixelFilter filter;
+  tbb::task_arena arena;
+};
+
+void PathTracer::Impl::pixel(const sampling::Sequence& sequence, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const {
+  const trace::Integrator integrator(scene, geometry);
+  sampling::PixelSampler points(sequence, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+  const Vec3f forward = view.forward.cast<float>();
+  Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+  float depth = 0;
+  for (std::int64_t s = 0; s < options.spp; ++s) {
+    const sampling::Point at = points.point(static_cast<std::uint32_t>(s), 0);
+    const trace::Ray ray = camera_ray(static_cast<double>(x) + 0.5 + filter.offset(at.x), static_cast<double>(y) + 0.5 + filter.offset(at.y));
+    trace::FirstHit first;
+    const Vec3f radiance = integrator.radiance(ray, points, static_cast<std::uint32_t>(s), first);
+    if (!radiance.allFinite()) complain_of_pixel(x, y, s, frame);
+    color += radiance;
+    if (!first.found) continue;
+    albedo += first.albedo;
+    normal += first.normal;
+    const float z = first.t * ray.direction.dot(forward);
+    depth = depth == 0 ? z : std::min(depth, z);
+  }
+  const float share = 1 / static_cast<float>(options.spp);
+  const Vec3f c = share * color, a = share * albedo, n = share * normal;
+  const float values[] = {c.x(), c.y(), c.z(), 1, a.x(), a.y(), a.z(), n.x(), n.y(), n.z(), depth, static_cast<float>(options.spp)};
+  std::copy(std::begin(values), std::end(values), out);
+}
+
+void PathTracer::Impl::tile(const sampling::Sequence& sequence, std::int64_t number, std::int64_t frame, Image& image) const {
+  const FlushDenormals scope;
+  const std::int64_t left = number % tiles_across() * kTile, top = number / tiles_across() * kTile;
+  for (std::int64_t y = top; y < std::min(top + kTile, options.height); ++y)
+    for (std::int64_t x = left; x < std::min(left + kTile, options.width); ++x)
+      pixel(sequence, x, y, frame, &image.pixels[static_cast<std::size_t>(y * options.width + x) * kChannels.size()]);
+}
+
+PathTracer::PathTracer(const Setting& setting, int threads) : impl_(std::make_unique<Impl>(setting, threads)) {}
+PathTracer::~PathTracer() = default;
+
+Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Ledger& ledger) {
+  Impl& m = *impl_;
+  {
+    const auto pass = ledger.pass("bvh", bytes_of(mesh));
+    m.geometry.set_liquid(mesh);
+  }
+  Image image{.width = m.options.width, .height = m.options.height, .channels = kChannels, .pixels = {}};
+  image.pixels.resize(static_cast<std::size_t>(image.width * image.height) * kChannels.size());
+  const auto pass = ledger.pass("trace", static_cast<std::int64_t>(image.pixels.size() * sizeof(float)));
+  const sampling::Sequence sequence(image.width, image.height, m.options.spp, frame);
+  m.arena.execute([&] { tbb::parallel_for(std::int64_t{0}, m.tiles(), [&](std::int64_t number) { m.tile(sequence, number, frame, image); }); });
+  return image;
+}
+
+}  // namespace render

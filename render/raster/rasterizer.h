@@ -1,0 +1,32 @@
+#pragma once
+// Spheres drawn as shaded discs, and lines, with a depth test, by OpenGL in memory. The same bits for any number of threads.
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+#include "render/view/view.h"
+
+namespace render::raster {
+
+struct Disc {
+  base::Vec3f middle;  // [m]
+  base::Vec3f color;   // as displayed
+};
+struct Line {
+  base::Vec3f from, to;  // [m]
+  base::Vec3f color;
+};
+
+struct Drawing {
+  int width = 0, height = 0;  // [pixels]
+  view::View view;
+  float radius = 0;           // [m] of all discs; at least a pixel is drawn
+  base::Vec3f top, bottom;    // background, from the upper to the lower edge
+  std::vector<Disc> discs;
+  std::vector<Line> lines;
+};
+
+/// RGBA, 8 bits, rows top-down.
+std::vector<std::uint8_t> rasterize(const Drawing&);
+
+}  // namespace render::raster

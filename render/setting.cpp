@@ -1,0 +1,92 @@
+// The keys of [render], [camera], [[light]] and [look.NAME].
+#include <cmath>
+
+#include "render/render.h"
+
+namespace render {
+namespace {
+
+constexpr std::string_view kModels[] = {"diffuse", "dielectric"};
+constexpr std::string_view kKinds[] = {"area", "sky"};
+constexpr std::string_view kCaustics[] = {"straight", "path"};
+constexpr std::string_view kViews[] = {"filmic", "srgb"};
+
+}  // namespace
+
+void Look::params(base::Params& p) {
+  p("model", model, "how the surface scatters light", kModels);
+  if (p.when(model == "diffuse")) p("color", color, "1", "albedo, scene-linear Rec.709", base::within(0, 1));
+  if (p.when(model == "dielectric")) {
+    p("ior", ior, "1", "index of refraction", base::within(1, 4));
+    p("absorption", absorption, "1/m", "absorption of red, green and blue", base::at_least(0));
+  }
+}
+
+// Water: pure water takes 0.34, 0.06 and 0.01 of a metre's red, green and blue; a tank of a metre or two shows its colour only when
+// that is raised by about three, as a trace of copper or chlorine does.
+std::map<std::string, Look> shipped_looks() {
+  std::map<std::string, Look> looks;
+  looks["water"] = {.model = "dielectric", .ior = 1.333, .absorption = base::Vec3(1.1, 0.24, 0.12)};
+  looks["glass"] = {.model = "dielectric", .ior = 1.5, .absorption = base::Vec3(0.6, 0.25, 0.45)};
+  looks["plaster"] = {.color = base::Vec3(0.72, 0.66, 0.58)};
+  looks["slate"] = {.color = base::Vec3(0.075, 0.085, 0.1)};
+  looks["ground"] = {.color = base::Vec3(0.56, 0.56, 0.55)};
+  return looks;
+}
+
+void Camera::params(base::Params& p) {
+  p("position", position, "m", "where the camera stands", "far enough from the target to see the whole domain");
+  p("target", target, "m", "what it looks at", "the middle of the domain");
+  p("up", up, "1", "direction that points up in the picture");
+  p("fov", fov, "degrees", "vertical field of view", base::within(1, 150));
+  p.require(up.norm() > 1e-6, "up", "must not be zero");
+  const bool both = position && target;
+  p.require(!both || (*target - *position).norm() > 1e-6, "target", "must not be the camera's position");
+  p.require(!both || (*target - *position).cross(up).norm() > 1e-6 * (*target - *position).norm() * up.norm(), "up",
+            "must not be along the line of sight");
+}
+
+void Light::params(base::Params& p) {
+  p("kind", kind, "a rectangle that shines to one side, or the sky", kKinds);
+  p("color", color, "1", "scene-linear Rec.709; of a sky: at the zenith", base::at_least(0));
+  p("intensity", intensity, "1", "radiance that the colour is multiplied with", base::at_least(0));
+  if (p.when(kind == "area")) {
+    p("position", position, "m", "middle of the rectangle");
+    p("target", target, "m", "point that it faces");
+    p("width", width, "m", "horizontal side", base::above(0));
+    p("height", height, "m", "other side", base::above(0));
+    p.require((target - position).norm() > 1e-6, "target", "must not be the light's position");
+  }
+  if (p.when(kind == "sky")) p("horizon", horizon, "1", "colour at the horizon and below", base::at_least(0));
+}
+
+std::vector<Light> default_lights(const base::Box& domain) {
+  const base::Vec3 middle = 0.5 * (domain.lower + domain.upper);
+  const double reach = 0.5 * domain.size().norm();
+  Light sky{.kind = "sky", .color = base::Vec3(0.40, 0.52, 0.72), .horizon = base::Vec3(0.62, 0.64, 0.67), .intensity = 0.55};
+  Light key{.kind = "area", .color = base::Vec3(1, 0.93, 0.82), .intensity = 9};
+  key.target = base::Vec3(middle.x(), middle.y(), domain.lower.z());
+  key.position = key.target + reach * base::Vec3(-1.3, -0.55, 2.2);
+  key.width = 1.1 * reach;
+  key.height = 1.1 * reach;
+  return {sky, key};
+}
+
+void Options::params(base::Params& p) {
+  p("width", width, "pixels", "width of the image", base::within(16, 16384));
+  p("height", height, "pixels", "height of the image", base::within(16, 16384));
+  p("spp", spp, "1", "samples a pixel; a power of two is stratified best", base::within(1, 65536));
+  p("bounces", bounces, "1", "surfaces a path may meet", base::within(1, 256));
+  p("caustics", caustics, "light through dielectrics: straight tinted shadow rays (biased, quiet), or found by chance (unbiased, noisy)", kCaustics);
+  p("view", view, "how scene light becomes PNG colours", kViews);
+  p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
+}
+
+void Setting::params(base::Params& p) {
+  p.table("render", "the images", [&](base::Params& q) { options.params(q); });
+  p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });
+  p.list("light", lights, "lights; none means a soft sky and one area light");
+  p.named("look", looks, "how surfaces look");
+}
+
+}  // namespace render

@@ -1,0 +1,193 @@
+// The only file that knows Embree.
+#include "render/trace/geometry.h"
+
+#include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "base/error.h"
+#include "render/trace/optics.h"
+
+namespace render::trace {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) { throw base::Error({.code = base::Exit::fault, .message = "render: Embree: " + what}); }
+
+struct Device {
+  explicit Device(int threads) : handle(rtcNewDevice(("threads=" + std::to_string(threads) + ",isa=avx2").c_str())) {
+    if (!handle) fail("no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
+  }
+  ~Device() { rtcReleaseDevice(handle); }
+  void check(const char* doing) const {
+    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE) fail(std::string(doing) + ", error " + std::to_string(error));
+  }
+  RTCDevice handle;
+};
+
+/// Room for `count` items in a buffer that Embree owns and pads.
+template <class T>
+T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
+  auto* items = static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), count));
+  if (!items) fail("out of memory");
+  return items;
+}
+
+RTCGeometry box_geometry(RTCDevice device, const base::Box& box) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const base::Vec3f p = base::Vec3((i & 1 ? box.upper : box.lower).x(), (i & 2 ? box.upper : box.lower).y(), (i & 4 ? box.upper : box.lower).z()).cast<float>();
+    vertices[i] = {p.x(), p.y(), p.z()};
+  }
+  constexpr std::array<std::array<std::uint32_t, 4>, 6> kFaces{{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+  std::copy(kFaces.begin(), kFaces.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, kFaces.size()));
+  return geometry;
+}
+
+RTCGeometry sphere_geometry(RTCDevice device, const sim::Shape::Sphere& sphere) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  auto* vertex = buffer<std::array<float, 4>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, 1);
+  const base::Vec3f c = sphere.center.cast<float>();
+  vertex[0] = {c.x(), c.y(), c.z(), static_cast<float>(sphere.radius)};
+  return geometry;
+}
+
+/// Rows of a mesh's vertices are read sixteen bytes at a time, so Embree's padded copies are used.
+RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.position.size());
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) vertices[i] = {mesh.position[i].x(), mesh.position[i].y(), mesh.position[i].z()};
+  std::copy(mesh.quads.begin(), mesh.quads.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, mesh.quads.size()));
+  return geometry;
+}
+
+RTCRay embree_ray(const Ray& ray, float far) {
+  return {ray.origin.x(), ray.origin.y(), ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0, far, ~0u, 0, 0};
+}
+
+}  // namespace
+
+struct Geometry::Impl {
+  explicit Impl(const std::vector<Surface>& list, int threads) : device(threads), surfaces(list), scene(rtcNewScene(device.handle)) {}
+  ~Impl() { rtcReleaseScene(scene); }
+
+  /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
+  Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
+    const auto& q = quads[quad];
+    return ((1 - u) * (1 - v) * normals[q[0]] + u * (1 - v) * normals[q[1]] + u * v * normals[q[2]] + (1 - u) * v * normals[q[3]]).normalized();
+  }
+  void attach(RTCGeometry geometry, unsigned number, bool dielectric);
+  static void pass_through(const RTCFilterFunctionNArguments*);
+  struct ShadowRay;
+
+  Device device;
+  std::vector<Surface> surfaces;
+  std::vector<Vec3f> normals;  // the liquid's
+  std::vector<std::array<std::uint32_t, 4>> quads;
+  RTCScene scene;
+  bool has_liquid = false;
+};
+
+/// A shadow ray on its way.
+struct Geometry::Impl::ShadowRay {
+  RTCIntersectContext embree;      // first: the filter gets its address
+  const Impl* straight = nullptr;  // set: dielectrics let it pass
+  Vec3f depth = Vec3f::Zero();     // optical depth
+  float transmitted = 1;
+  int crossings = 0;
+};
+
+void Geometry::Impl::attach(RTCGeometry geometry, unsigned number, bool dielectric) {
+  rtcSetGeometryUserData(geometry, this);
+  if (dielectric) rtcSetGeometryOccludedFilterFunction(geometry, &Impl::pass_through);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(scene, geometry, number);
+  rtcReleaseGeometry(geometry);
+}
+
+/// Entering at t and leaving at t' add -t and t' to the length inside: crossings may come in any order.
+void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
+  auto* way = reinterpret_cast<ShadowRay*>(call->context);
+  if (!way->straight) return;  // an ordinary shadow ray: blocked
+  const auto* ray = reinterpret_cast<const RTCRay*>(call->ray);
+  const auto* hit = reinterpret_cast<const RTCHit*>(call->hit);
+  const Impl& self = *way->straight;
+  const Material& material = self.surfaces[hit->geomID].material;
+  const Vec3f direction(ray->dir_x, ray->dir_y, ray->dir_z), geometric(hit->Ng_x, hit->Ng_y, hit->Ng_z);
+  const Vec3f shading = hit->geomID == 0 ? self.smooth_normal(hit->primID, hit->u, hit->v) : geometric.normalized();
+  float cos_t;
+  way->transmitted *= 1 - fresnel(std::min(1.0f, std::abs(direction.dot(shading))), material.ior, cos_t);
+  way->depth += (direction.dot(geometric) < 0 ? -ray->tfar : ray->tfar) * material.absorption;
+  ++way->crossings;
+  call->valid[0] = 0;
+}
+
+Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(std::make_unique<Impl>(surfaces, threads)) {
+  Impl& m = *impl_;
+  rtcSetSceneFlags(m.scene, RTC_SCENE_FLAG_ROBUST);
+  for (std::size_t i = 1; i < surfaces.size(); ++i) {
+    const sim::Shape& shape = surfaces[i].shape;
+    if (!shape.box && !shape.sphere) continue;
+    m.attach(shape.box ? box_geometry(m.device.handle, *shape.box) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i),
+             surfaces[i].material.dielectric);
+  }
+  m.device.check("solids");
+}
+
+Geometry::~Geometry() = default;
+
+void Geometry::set_liquid(const surface::Mesh& mesh) {
+  Impl& m = *impl_;
+  if (m.has_liquid) rtcDetachGeometry(m.scene, 0);
+  m.has_liquid = !mesh.quads.empty();
+  m.normals = mesh.normal;
+  m.quads = mesh.quads;
+  if (m.has_liquid) m.attach(mesh_geometry(m.device.handle, mesh), 0, m.surfaces[0].material.dielectric);
+  tbb::task_arena alone(1);
+  alone.execute([&] { rtcJoinCommitScene(m.scene); });
+  m.device.check("hierarchy");
+}
+
+bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) const {
+  const Impl& m = *impl_;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  if (primary) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  RTCRayHit query;
+  query.ray = embree_ray(ray, far);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(m.scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  result.t = query.ray.tfar;
+  result.geometric = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).normalized();
+  result.shading = query.hit.geomID == 0 ? m.smooth_normal(query.hit.primID, query.hit.u, query.hit.v) : result.geometric;
+  result.surface = static_cast<int>(query.hit.geomID);
+  return true;
+}
+
+bool Geometry::occluded(const Ray& ray, float far) const {
+  Impl::ShadowRay context;
+  rtcInitIntersectContext(&context.embree);
+  RTCRay query = embree_ray(ray, far);
+  rtcOccluded1(impl_->scene, &context.embree, &query);
+  return query.tfar < 0;
+}
+
+Passage Geometry::straight(const Ray& ray, float far) const {
+  Impl::ShadowRay context;
+  rtcInitIntersectContext(&context.embree);
+  context.straight = impl_.get();
+  RTCRay query = embree_ray(ray, far);
+  rtcOccluded1(impl_->scene, &context.embree, &query);
+  if (query.tfar < 0) return {.transmittance = Vec3f::Zero(), .crossings = context.crossings};
+  if (context.crossings == 0) return {};
+  const Vec3f depth = context.depth.cwiseMax(0.0f);
+  return {.transmittance = context.transmitted * (-depth.array()).exp().matrix(), .crossings = context.crossings};
+}
+
+}  // namespace render::trace

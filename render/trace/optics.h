@@ -1,0 +1,53 @@
+#pragma once
+// Directions and shares of light at a smooth boundary, and directions around a normal.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/vec.h"
+#include "render/sampling/sampler.h"
+
+namespace render::trace {
+
+using base::Vec3f;
+
+/// Reflected share of unpolarised light [PBRT4 9.3]. `cos_i` in [0, 1] on the side light comes from, eta = n_t / n_i.
+/// 1 at total reflection; then `cos_t` is 0.
+inline float fresnel(float cos_i, float eta, float& cos_t) {
+  const float sin2_t = std::max(0.0f, 1 - cos_i * cos_i) / (eta * eta);
+  if (sin2_t >= 1) {
+    cos_t = 0;
+    return 1;
+  }
+  cos_t = std::sqrt(1 - sin2_t);
+  const float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t), across = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  return 0.5f * (parallel * parallel + across * across);
+}
+
+/// Mirror image of a travelling direction; `n` faces the light, cos_i = -d . n.
+inline Vec3f reflect(const Vec3f& d, const Vec3f& n, float cos_i) { return d + 2 * cos_i * n; }
+
+/// Snell: the direction on the other side, with cos_t from fresnel().
+inline Vec3f refract(const Vec3f& d, const Vec3f& n, float cos_i, float cos_t, float eta) { return d / eta + (cos_i / eta - cos_t) * n; }
+
+/// Direction about `n` with density cos / pi.
+inline Vec3f cosine_direction(const Vec3f& n, sampling::Point u, float& cosine) {
+  // Shirley and Chiu's concentric disc
+  const float a = 2 * u.x - 1, b = 2 * u.y - 1;
+  float r, phi;
+  if (std::abs(a) > std::abs(b)) {
+    r = a;
+    phi = std::numbers::pi_v<float> / 4 * (b / a);
+  } else {
+    r = b;
+    phi = b == 0 ? 0 : std::numbers::pi_v<float> / 2 - std::numbers::pi_v<float> / 4 * (a / b);
+  }
+  const float x = r * std::cos(phi), y = r * std::sin(phi);
+  cosine = std::sqrt(std::max(0.0f, 1 - r * r));
+  // a basis without a branch on which axis is longest [Duff17]
+  const float sign = std::copysign(1.0f, n.z()), p = -1 / (sign + n.z()), q = n.x() * n.y() * p;
+  const Vec3f s(1 + sign * n.x() * n.x() * p, sign * q, -sign * n.x()), t(q, sign + n.y() * n.y() * p, -n.y());
+  return x * s + y * t + cosine * n;
+}
+
+}  // namespace render::trace
