@@ -38,6 +38,11 @@ Particles<D, Real> random_particles(const Lattice<D>& lattice, std::size_t count
 }
 
 template <int D, class Real>
+CellRanges sorted(Particles<D, Real>& particles, const Lattice<D>& lattice) {
+  return CanonicalOrder<D, Real>().sort(particles, lattice);
+}
+
+template <int D, class Real>
 FaceField<D, Real> random_field(const Lattice<D>& lattice, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> velocity(-1, 1);
@@ -56,7 +61,7 @@ double round_trip_loss(Transfer scheme, Kernel kernel, std::size_t count) {
   const MacTransfer<D, Real> transfer(lattice, kernel, mode_set<D>(scheme, kernel, {}));
   Particles<D, Real> particles = random_particles<D, Real>(lattice, count, int(transfer.modes().size()), 1);
   const FaceField<D, Real> field = random_field<D, Real>(lattice, 2);
-  const CellRanges ranges = sort_canonically(particles, lattice);
+  const CellRanges ranges = sorted(particles, lattice);
   transfer.gather(field, nullptr, {}, particles);
   MacVelocity<D, Real> grid;
   transfer.scatter(particles, ranges, grid);
@@ -141,7 +146,7 @@ void expect_momentum_kept(Transfer scheme, Kernel kernel, double tolerance) {
   ASSERT_GT(before.linear_momentum.norm(), 1e-3 * scale);
   ASSERT_GT(before.angular_momentum.norm(), 1e-4 * scale);
 
-  const CellRanges ranges = sort_canonically(particles, lattice);
+  const CellRanges ranges = sorted(particles, lattice);
   MacVelocity<D, Real> grid;
   transfer.scatter(particles, ranges, grid);
   const auto on_grid = transfer.sums(grid, particles.mass, kCell);
@@ -170,7 +175,7 @@ TEST(Transfer, FlipKeepsWhatTheGridDidNotChange) {
   const Lattice<3> lattice = lattice_of<3>(6);
   const MacTransfer<3, double> transfer(lattice, Kernel::linear, mode_set<3>(Transfer::flip, Kernel::linear, {}));
   Particles<3, double> particles = random_particles<3, double>(lattice, 300, 1, 5);
-  const CellRanges ranges = sort_canonically(particles, lattice);
+  const CellRanges ranges = sorted(particles, lattice);
   MacVelocity<3, double> grid;
   transfer.scatter(particles, ranges, grid);
   const std::vector<double> before = particles.coefficients;
@@ -204,8 +209,8 @@ TEST(Order, IsCanonicalWhateverTheHistory) {
     std::swap_ranges(&b.coefficients[i * b.row()], &b.coefficients[i * b.row()] + b.row(), &b.coefficients[j * b.row()]);
   }
   ASSERT_NE(a.id, b.id);
-  sort_canonically(a, lattice);
-  sort_canonically(b, lattice);
+  sorted(a, lattice);
+  sorted(b, lattice);
   EXPECT_EQ(a.id, b.id);
   EXPECT_EQ(a.coefficients, b.coefficients);
   for (std::size_t i = 1; i < a.size(); ++i) {

@@ -58,7 +58,7 @@ class Liquid final : public Simulation {
     CellRanges ranges;
     {
       const auto pass = ledger.pass("sort", 2 * particle_bytes);
-      ranges = sort_canonically(particles_, lattice_);
+      ranges = order_.sort(particles_, lattice_);
     }
     {
       const auto pass = ledger.pass("p2g", particle_bytes + 4 * grid_bytes);
@@ -167,6 +167,7 @@ class Liquid final : public Simulation {
   Solids<D> solids_;
   MacTransfer<D, Real> transfer_;
   Particles<D, Real> particles_;
+  CanonicalOrder<D, Real> order_;
   double particle_volume_ = 0;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;   // the field after P2G, before forces

@@ -1,7 +1,6 @@
 #include "sim/transfer/order.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/parallel.h"
 
@@ -11,8 +10,8 @@ namespace {
 constexpr std::size_t kChunk = 16384;
 
 template <class T>
-void permute(std::vector<T>& values, const std::vector<std::uint32_t>& from, std::size_t row = 1) {
-  std::vector<T> sorted(values.size());
+void permute(std::vector<T>& values, std::vector<T>& sorted, const std::vector<std::uint32_t>& from, std::size_t row = 1) {
+  sorted.resize(values.size());
   base::parallel_chunks(from.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) std::copy_n(&values[from[p] * row], row, &sorted[p * row]);
   });
@@ -22,30 +21,30 @@ void permute(std::vector<T>& values, const std::vector<std::uint32_t>& from, std
 }  // namespace
 
 template <int D, class Real>
-CellRanges sort_canonically(Particles<D, Real>& particles, const Lattice<D>& lattice) {
+CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const Lattice<D>& lattice) {
   const std::size_t count = particles.size();
-  std::vector<std::uint32_t> key(count);
+  key_.resize(count), from_.resize(count);
   base::parallel_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) key[p] = std::uint32_t(lattice.key(particles.cell[p]));
+    for (std::size_t p = begin; p < end; ++p) key_[p] = std::uint32_t(lattice.key(particles.cell[p]));
   });
 
   CellRanges ranges;
   ranges.begin.assign(lattice.key_count() + 1, 0);
-  for (std::size_t p = 0; p < count; ++p) ++ranges.begin[key[p] + 1];
+  for (std::size_t p = 0; p < count; ++p) ++ranges.begin[key_[p] + 1];
   for (std::size_t k = 1; k < ranges.begin.size(); ++k) ranges.begin[k] += ranges.begin[k - 1];
 
-  std::vector<std::uint32_t> from(count), next(ranges.begin.begin(), ranges.begin.end() - 1);
-  for (std::size_t p = 0; p < count; ++p) from[next[key[p]]++] = std::uint32_t(p);
+  next_.assign(ranges.begin.begin(), ranges.begin.end() - 1);
+  for (std::size_t p = 0; p < count; ++p) from_[next_[key_[p]]++] = std::uint32_t(p);
   base::parallel_chunks(lattice.key_count(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
-      std::sort(from.begin() + ranges.begin[k], from.begin() + ranges.begin[k + 1],
+      std::sort(from_.begin() + ranges.begin[k], from_.begin() + ranges.begin[k + 1],
                 [&](std::uint32_t a, std::uint32_t b) { return particles.id[a] < particles.id[b]; });
   });
 
-  permute(particles.cell, from);
-  permute(particles.offset, from);
-  permute(particles.id, from);
-  permute(particles.coefficients, from, particles.row());
+  permute(particles.cell, sorted_.cell, from_);
+  permute(particles.offset, sorted_.offset, from_);
+  permute(particles.id, sorted_.id, from_);
+  permute(particles.coefficients, sorted_.coefficients, from_, particles.row());
 
   constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
   for (std::size_t b = 0; b < lattice.block_count; ++b)
@@ -53,9 +52,9 @@ CellRanges sort_canonically(Particles<D, Real>& particles, const Lattice<D>& lat
   return ranges;
 }
 
-template CellRanges sort_canonically(Particles<2, float>&, const Lattice<2>&);
-template CellRanges sort_canonically(Particles<3, float>&, const Lattice<3>&);
-template CellRanges sort_canonically(Particles<2, double>&, const Lattice<2>&);
-template CellRanges sort_canonically(Particles<3, double>&, const Lattice<3>&);
+template class CanonicalOrder<2, float>;
+template class CanonicalOrder<3, float>;
+template class CanonicalOrder<2, double>;
+template class CanonicalOrder<3, double>;
 
 }  // namespace sim

@@ -14,8 +14,16 @@ struct CellRanges {
   std::vector<std::uint32_t> occupied;       // blocks that hold particles, ascending
 };
 
-/// Sorts the particles into canonical order. Every cell must lie inside the domain.
+/// Sorts particles into canonical order. Holds the buffers between calls: fresh pages cost more than the sort.
 template <int D, class Real>
-CellRanges sort_canonically(Particles<D, Real>&, const Lattice<D>&);
+class CanonicalOrder {
+ public:
+  /// Every cell must lie inside the domain.
+  CellRanges sort(Particles<D, Real>&, const Lattice<D>&);
+
+ private:
+  std::vector<std::uint32_t> key_, from_, next_;
+  Particles<D, Real> sorted_;
+};
 
 }  // namespace sim
