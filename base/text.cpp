@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <vector>
 
 namespace base {
 
 std::string to_text(double v) {
   std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), v).ptr;
+  const bool is_whole = std::abs(v) < 1e15 && v == std::floor(v);
+  const auto end = is_whole ? std::to_chars(buffer.data(), buffer.data() + buffer.size(), v, std::chars_format::fixed).ptr
+                            : std::to_chars(buffer.data(), buffer.data() + buffer.size(), v).ptr;
   return {buffer.data(), end};
 }
 

@@ -7,7 +7,7 @@
 
 namespace base {
 
-/// The shortest decimal that reads back as the same double: "0.02", "1e-06", "24".
+/// The shortest decimal that reads back as the same double: "0.02", "1e-06", "1000000".
 std::string to_text(double);
 
 /// Edits (insert, delete, replace, swap of neighbours) that turn one word into the other.

@@ -156,7 +156,7 @@ std::string comment(const std::vector<KeyRow>& rows, const std::string& key, con
   }
   std::string text = row->meaning;
   if (!row->unit.empty() && row->unit != "1") text += " [" + row->unit + "]";
-  if (!row->allowed.empty()) text += "; " + row->allowed;
+  if (row->allowed.find("\" or \"") != std::string::npos) text += ": " + row->allowed;
   return text;
 }
 
