@@ -52,7 +52,7 @@ openvdb::FloatGrid::Ptr level_set_grid(const field::Blocks& blocks, const field:
   return grid;
 }
 
-openvdb::Vec3SGrid::Ptr velocity_grid(const field::Blocks& blocks, const field::Field& distance, const std::vector<base::Vec3f>& velocity, const std::string& name) {
+openvdb::Vec3SGrid::Ptr velocity_grid(const field::Blocks& blocks, const field::Field& distance, const std::array<field::Field, 3>& velocity, const std::string& name) {
   auto grid = openvdb::Vec3SGrid::create();
   grid->setName(name);
   grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
@@ -61,10 +61,8 @@ openvdb::Vec3SGrid::Ptr velocity_grid(const field::Blocks& blocks, const field::
     if (std::none_of(d, d + field::kVoxels, [](float x) { return std::fabs(x) < kBand; })) continue;
     auto* leaf = grid->tree().touchLeaf(first_voxel(blocks.coordinate[b]));
     for (openvdb::Index v = 0; v < field::kVoxels; ++v)
-      if (std::fabs(d[v]) < kBand) {
-        const base::Vec3f& u = velocity[b * field::kVoxels + v];
-        leaf->setValueOn(v, openvdb::Vec3f(u[0], u[1], u[2]));
-      }
+      if (const std::size_t at = b * field::kVoxels + v; std::fabs(d[v]) < kBand)
+        leaf->setValueOn(v, openvdb::Vec3f(velocity[0][at], velocity[1][at], velocity[2][at]));
   }
   return grid;
 }
@@ -77,7 +75,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   field::Cloud cloud;
   field::Blocks blocks;
   field::Field distance;
-  std::vector<base::Vec3f> velocity;
+  std::array<field::Field, 3> velocity;
   {
     const auto timer = ledger.pass("rasterize");
     cloud = field::make_cloud(frame, room.domain, lattice, scale);
@@ -100,7 +98,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   }
   {
     const auto timer = ledger.pass("velocity");
-    velocity = field::velocity(cloud, blocks, distance, kBand);
+    velocity = field::velocity(cloud, blocks, distance, kBand, scale.search);
   }
   const auto timer = ledger.pass("write_surface");
   openvdb::GridCPtrVec grids;

@@ -43,6 +43,12 @@ struct Blocks {
 /// One float a voxel of each block.
 using Field = std::vector<float>;
 
+/// Eight voxels in z: what the loops work on, one vector register.
+using Row = Eigen::Array<float, kBlock, 1>;
+constexpr int kRows = kBlock * kBlock;
+inline Eigen::Map<Row> row_at(float* first) { return Eigen::Map<Row>(first); }
+inline Eigen::Map<const Row> row_at(const float* first) { return Eigen::Map<const Row>(first); }
+
 /// A block with one layer of its neighbours' voxels: [x + 1][y + 1][z + 1].
 constexpr int kPadded = kBlock + 2;
 using Padded = std::array<std::array<std::array<float, kPadded>, kPadded>, kPadded>;

@@ -91,26 +91,33 @@ std::vector<std::uint32_t> sort(const Copies& copies, Cloud& cloud) {
   return order;
 }
 
-/// Sum of (1 - s^2)^3 over neighbours at s = distance / search, the particle itself included; counts no further than `enough`.
-float crowd(const Cloud& cloud, std::uint32_t p, float search, float enough) {
-  const Vec3f x = cloud.position[p];
+/// Sum of (1 - s^2)^3 over the particles of an octant at s = distance / search.
+float crowd_of_octant(const Cloud& cloud, const Index3& octant, const Vec3f& x, float search) {
+  const std::int32_t bin = cloud.bins.at(Index3(octant[0] >> 1, octant[1] >> 1, octant[2] >> 1));
+  if (bin < 0) return 0;
   const float inverse = 1 / (search * search);
-  const int half = kBlock / 2, n = 1 + static_cast<int>(search) / half;
-  const Index3 own = Index3((x / half).array().floor().cast<int>());   // octants
+  const std::size_t o = 8 * std::size_t(bin) + std::size_t(4 * (octant[0] & 1) + 2 * (octant[1] & 1) + (octant[2] & 1));
   float sum = 0;
-  for (int i = -n; i <= n && sum < enough; ++i)
-    for (int j = -n; j <= n && sum < enough; ++j)
-      for (int k = -n; k <= n && sum < enough; ++k) {
-        const Index3 at = own + Index3(i, j, k), block(at[0] >> 1, at[1] >> 1, at[2] >> 1);
-        const std::int32_t bin = cloud.bins.at(block);
-        if (bin < 0) continue;
-        const std::size_t o = 8 * std::size_t(bin) + std::size_t(4 * (at[0] & 1) + 2 * (at[1] & 1) + (at[2] & 1));
-        for (std::uint32_t q = cloud.first[o]; q < cloud.first[o + 1]; ++q) {
-          const float t = 1 - (cloud.position[q] - x).squaredNorm() * inverse;
-          if (t > 0) sum += t * t * t;
-        }
-      }
+  for (std::uint32_t q = cloud.first[o]; q < cloud.first[o + 1]; ++q) {
+    const float t = std::max(0.0f, 1 - (cloud.position[q] - x).squaredNorm() * inverse);
+    sum += t * t * t;
+  }
   return sum;
+}
+
+/// The same over all particles, the one at `x` included; goes no further than `enough`. Most have enough in their own octant.
+float crowd(const Cloud& cloud, const Vec3f& x, float search, float enough) {
+  constexpr int kHalf = kBlock / 2;
+  const int n = 1 + static_cast<int>(search) / kHalf;
+  const Index3 own = Index3((x / kHalf).array().floor().cast<int>());
+  float sum = crowd_of_octant(cloud, own, x, search);
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; ++k) {
+        if (sum >= enough) return enough;
+        if (i != 0 || j != 0 || k != 0) sum += crowd_of_octant(cloud, own + Index3(i, j, k), x, search);
+      }
+  return std::min(sum, enough);
 }
 
 /// A particle on its own is a drop that the voxels resolve; among others it has the radius that keeps volume.
@@ -119,7 +126,7 @@ void set_radii(Cloud& cloud, const Scale& scale) {
   cloud.radius.resize(cloud.count());
   base::parallel_chunks(cloud.count(), 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
-      const float t = std::min(1.0f, (crowd(cloud, std::uint32_t(p), scale.search, kMany) - kAlone) / (kMany - kAlone));
+      const float t = (crowd(cloud, cloud.position[p], scale.search, kMany) - kAlone) / (kMany - kAlone);
       const float smooth = t * t * (3 - 2 * t);
       cloud.radius[p] = scale.lone + (scale.radius - scale.lone) * smooth;
     }

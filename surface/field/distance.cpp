@@ -6,34 +6,31 @@
 namespace surface::field {
 namespace {
 
-/// Distance at a voxel from its neighbours', each axis giving the nearer of two: |grad d| = 1, upwind [Zhao05].
-float eikonal(float a, float b, float c) {
-  if (a > b) std::swap(a, b);
-  if (b > c) std::swap(b, c);
-  if (a > b) std::swap(a, b);
-  const float one = a + 1;
-  const float two = 0.5f * (a + b + std::sqrt(std::max(0.0f, 2 - (a - b) * (a - b))));
-  const float sum = a + b + c, three = (sum + std::sqrt(std::max(0.0f, sum * sum - 3 * (a * a + b * b + c * c - 1)))) / 3;
-  return one <= b ? one : two <= c ? two : three;
+/// Distance at voxels from their neighbours', each axis giving the nearer of two: |grad d| = 1, upwind [Zhao05].
+Row eikonal(const Row& x, const Row& y, const Row& z) {
+  const Row a = x.min(y).min(z), c = x.max(y).max(z), b = x.min(y).max(x.max(y).min(z));   // a <= b <= c
+  const Row one = a + 1;
+  const Row two = 0.5f * (a + b + (2 - (a - b).square()).max(0.0f).sqrt());
+  const Row sum = a + b + c, three = (sum + (sum * sum - 3 * (a * a + b * b + c * c - 1)).max(0.0f).sqrt()) / 3;
+  return (one <= b).select(one, (two <= c).select(two, three));
 }
 
-/// Spreads the distance of the voxels that are `known` to the others, whose sign is theirs already; up to kFar.
-Field spread(const Blocks& blocks, Field distance, const std::vector<std::uint8_t>& known, int passes) {
+/// Spreads the distance of the voxels that are `known` (1, else 0) to the others, whose sign is theirs already; up to kFar.
+Field spread(const Blocks& blocks, Field distance, const Field& known, int passes) {
   Field next(distance.size());
   for (int pass = 0; pass < passes; ++pass) {
     each_block(blocks, [&](std::size_t b) {
       Padded d;
       load(blocks, distance, b, d);
-      for (int v = 0; v < kVoxels; ++v) {
-        const std::size_t at = b * kVoxels + std::size_t(v);
-        const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
-        const float sign = std::copysign(1.0f, d[i][j][k]), own = std::fabs(d[i][j][k]);
-        const float x = std::min(sign * d[i - 1][j][k], sign * d[i + 1][j][k]);
-        const float y = std::min(sign * d[i][j - 1][k], sign * d[i][j + 1][k]);
-        const float z = std::min(sign * d[i][j][k - 1], sign * d[i][j][k + 1]);
-        const float best = eikonal(std::fabs(x), std::fabs(y), std::fabs(z));
-        next[at] = known[at] ? d[i][j][k] : sign * std::min(own, best);
-      }
+      for (int i = 1; i <= kBlock; ++i)
+        for (int j = 1; j <= kBlock; ++j) {
+          const std::size_t at = b * kVoxels + std::size_t(((i - 1) * kBlock + j - 1) * kBlock);
+          const auto row = [&](int x, int y, int z) { return row_at(&d[x][y][z]); };
+          const Row own = row(i, j, 1), sign = (own < 0).select(Row::Constant(-1), Row::Constant(1));
+          const auto nearer = [&](const Row& below, const Row& above) -> Row { return (sign * below).min(sign * above).abs(); };
+          const Row best = eikonal(nearer(row(i - 1, j, 1), row(i + 1, j, 1)), nearer(row(i, j - 1, 1), row(i, j + 1, 1)), nearer(row(i, j, 0), row(i, j, 2)));
+          row_at(&next[at]) = (row_at(&known[at]) > 0).select(own, sign * own.abs().min(best));
+        }
     });
     distance.swap(next);
   }
@@ -59,7 +56,7 @@ float crossing_distance(const Padded& d, int i, int j, int k) {
 
 Field distance_from_crossings(const Blocks& blocks, const Field& field) {
   Field start(field.size());
-  std::vector<std::uint8_t> known(field.size());
+  Field known(field.size());
   each_block(blocks, [&](std::size_t b) {
     Padded d;
     load(blocks, field, b, d);
@@ -78,7 +75,7 @@ Field distance_from_crossings(const Blocks& blocks, const Field& field) {
 Field distance_from_slope(const Blocks& blocks, const Field& field) {
   constexpr float kSmooth = 2.2f;   // a vertex normal reads voxels up to two from the surface
   Field start(field.size());
-  std::vector<std::uint8_t> known(field.size());
+  Field known(field.size());
   each_block(blocks, [&](std::size_t b) {
     Padded d;
     load(blocks, field, b, d);

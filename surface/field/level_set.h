@@ -20,8 +20,8 @@ Field distance_from_slope(const Blocks&, const Field&);
 /// stay. No value moves by more than `limit`, which keeps drops and sheets that the filter would swallow.
 Field smooth(const Blocks&, const Field&, int passes, float limit);
 
-/// Velocity of the particles near each voxel with |distance| < band, in the order of its blocks; zero elsewhere.
-std::vector<base::Vec3f> velocity(const Cloud&, const Blocks&, const Field& distance, float band);
+/// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `search`, continued outwards.
+std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, float search);
 
 /// Cuts to the box: the larger of the distance and the box's own [voxels from the lattice's origin].
 void cut(const Blocks&, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance);

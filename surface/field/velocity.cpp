@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -10,52 +9,105 @@ namespace {
 using base::Vec3f;
 
 struct Sums {
-  alignas(32) std::array<float, kVoxels> weight, x, y, z;
-  std::array<bool, kBlock * kBlock> row;   // whether a row holds voxels of the band
+  std::array<Row, kRows> weight, x, y, z;
+  std::array<bool, kRows> wanted;   // rows that hold voxels of the band
+  Sums() {
+    for (auto* rows : {&weight, &x, &y, &z}) rows->fill(Row::Zero());
+  }
 };
 
-/// Weights (1 - s^2)^3 / (s^2 + 1/50): the nearest particles count most, and a voxel further out still has some.
+/// Weights (1 - s^2)^3.
 void add(Sums& sums, const Vec3f& at, const Vec3f& velocity, float search) {
   const float square = search * search, inverse = 1 / square;
   const auto first = [&](int a) { return std::max(0, int(std::ceil(at[a] - search))); };
   const auto last = [&](int a) { return std::min(kBlock - 1, int(std::floor(at[a] + search))); };
-  for (int i = first(0); i <= last(0); ++i)
-    for (int j = first(1); j <= last(1); ++j) {
-      if (!sums.row[std::size_t(i * kBlock + j)]) continue;
+  const Row z2 = (Row::LinSpaced(0, kBlock - 1) - at[2]).square();
+  const int first_y = first(1), last_y = last(1), last_x = last(0);
+  for (int i = first(0); i <= last_x; ++i)
+    for (int j = first_y; j <= last_y; ++j) {
+      const std::size_t row = std::size_t(i * kBlock + j);
       const float xy2 = (float(i) - at[0]) * (float(i) - at[0]) + (float(j) - at[1]) * (float(j) - at[1]);
-      if (xy2 >= square) continue;
-      const int row = (i * kBlock + j) * kBlock;
-      for (int k = 0; k < kBlock; ++k) {
-        const float s2 = (xy2 + (float(k) - at[2]) * (float(k) - at[2])) * inverse, t = std::max(0.0f, 1 - s2), w = t * t * t / (s2 + 0.02f);
-        sums.weight[row + k] += w;
-        sums.x[row + k] += w * velocity[0];
-        sums.y[row + k] += w * velocity[1];
-        sums.z[row + k] += w * velocity[2];
-      }
+      if (!sums.wanted[row] || xy2 >= square) continue;
+      const Row t = (1 - (z2 + xy2) * inverse).max(0.0f), w = t * t * t;
+      sums.weight[row] += w;
+      sums.x[row] += w * velocity[0];
+      sums.y[row] += w * velocity[1];
+      sums.z[row] += w * velocity[2];
     }
+}
+
+/// Velocity where a particle is near, and where it is: 1, else 0.
+struct Known {
+  std::array<Field, 3> component;
+  Field here;
+};
+
+Known near_particles(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band, float search) {
+  Known known;
+  for (Field* f : {&known.component[0], &known.component[1], &known.component[2], &known.here}) f->assign(distance.size(), 0);
+  each_block(blocks, [&](std::size_t b) {
+    Sums sums;
+    bool any = false;
+    for (std::size_t r = 0; r < kRows; ++r) any |= sums.wanted[r] = (row_at(&distance[b * kVoxels + r * kBlock]).abs() < band).any();
+    if (!any) return;
+    const Vec3f origin = (blocks.coordinate[b] * kBlock).cast<float>();
+    each_near(cloud, blocks.coordinate[b], search, [&](std::uint32_t p) { add(sums, cloud.position[p] - origin, cloud.velocity[p], search); });
+    for (std::size_t r = 0; r < kRows; ++r) {
+      const std::size_t at = b * kVoxels + r * kBlock;
+      const Row weight = sums.weight[r], inverse = (weight > 0).select(1 / weight, Row::Zero());
+      row_at(&known.component[0][at]) = sums.x[r] * inverse;
+      row_at(&known.component[1][at]) = sums.y[r] * inverse;
+      row_at(&known.component[2][at]) = sums.z[r] * inverse;
+      row_at(&known.here[at]) = (weight > 0).cast<float>();
+    }
+  });
+  return known;
+}
+
+/// Mean of the 3^3 voxels around (i, j, k) that are known, if any is.
+bool mean_of_known(const Padded (&component)[3], const Padded& here, int i, int j, int k, Vec3f& mean) {
+  float n = 0;
+  Vec3f sum = Vec3f::Zero();
+  for (int x = i - 1; x <= i + 1; ++x)
+    for (int y = j - 1; y <= j + 1; ++y)
+      for (int z = k - 1; z <= k + 1; ++z)
+        if (here[x][y][z] == 1) {   // kFar where there is no block
+          sum += Vec3f(component[0][x][y][z], component[1][x][y][z], component[2][x][y][z]);
+          n += 1;
+        }
+  if (n > 0) mean = sum / n;
+  return n > 0;
+}
+
+/// Gives the voxels of the band that no particle reaches the mean of their neighbours; one layer.
+Known grown(const Blocks& blocks, const Known& known, const Field& distance, float band) {
+  Known next = known;
+  each_block(blocks, [&](std::size_t b) {
+    Padded component[3], here;
+    bool loaded = false;
+    for (int v = 0; v < kVoxels; ++v) {
+      const std::size_t at = b * kVoxels + std::size_t(v);
+      if (known.here[at] == 1 || std::fabs(distance[at]) >= band) continue;
+      if (!loaded) {
+        for (std::size_t a = 0; a < 3; ++a) load(blocks, known.component[a], b, component[a]);
+        load(blocks, known.here, b, here);
+        loaded = true;
+      }
+      Vec3f mean;
+      if (!mean_of_known(component, here, v / kRows + 1, v / kBlock % kBlock + 1, v % kBlock + 1, mean)) continue;
+      for (int a = 0; a < 3; ++a) next.component[std::size_t(a)][at] = mean[a];
+      next.here[at] = 1;
+    }
+  });
+  return next;
 }
 
 }  // namespace
 
-std::vector<Vec3f> velocity(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band) {
-  std::vector<Vec3f> result(distance.size(), Vec3f::Zero());
-  const float search = band + 2;   // a voxel of the band is within `band` of the surface, and that near its particles
-  each_block(blocks, [&](std::size_t b) {
-    const float* d = distance.data() + b * kVoxels;
-    Sums sums;
-    bool any = false;
-    for (int r = 0; r < kBlock * kBlock; ++r) {
-      sums.row[std::size_t(r)] = std::any_of(d + r * kBlock, d + (r + 1) * kBlock, [&](float x) { return std::fabs(x) < band; });
-      any = any || sums.row[std::size_t(r)];
-    }
-    if (!any) return;
-    for (auto* a : {&sums.weight, &sums.x, &sums.y, &sums.z}) a->fill(0);
-    const Vec3f origin = (blocks.coordinate[b] * kBlock).cast<float>();
-    each_near(cloud, blocks.coordinate[b], search, [&](std::uint32_t p) { add(sums, cloud.position[p] - origin, cloud.velocity[p], search); });
-    for (int v = 0; v < kVoxels; ++v)
-      if (std::fabs(d[v]) < band && sums.weight[v] > 0) result[b * kVoxels + std::size_t(v)] = Vec3f(sums.x[v], sums.y[v], sums.z[v]) / sums.weight[v];
-  });
-  return result;
+std::array<Field, 3> velocity(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band, float search) {
+  Known known = near_particles(cloud, blocks, distance, band, search);
+  for (float reached = search - 1; reached < band + 1; ++reached) known = grown(blocks, known, distance, band);
+  return std::move(known.component);
 }
 
 }  // namespace surface::field
