@@ -1,0 +1,33 @@
+#include "app/stages/interrupt.h"
+
+#include <csignal>
+#include <initializer_list>
+#include <string>
+
+namespace app {
+namespace {
+
+volatile std::sig_atomic_t caught_signal = 0;   // a handler can write nowhere else
+
+void remember(int signal) { caught_signal = signal; }
+
+}  // namespace
+
+Interrupted::Interrupted(int signal)
+    : std::runtime_error("interrupted; what is finished is kept, and the same command goes on from there"), signal_(signal) {}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = remember;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);   // the second signal is the default one
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
+bool signal_came() { return caught_signal != 0; }
+
+void stop_if_signalled() {
+  if (signal_came()) throw Interrupted(caught_signal);
+}
+
+}  // namespace app

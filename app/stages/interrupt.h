@@ -1,0 +1,24 @@
+#pragma once
+// SIGINT and SIGTERM: the work in hand is finished, then the program stops. A second signal ends it at once; files are
+// written under temporary names, so nothing half-written stays under a real one.
+#include <stdexcept>
+
+namespace app {
+
+/// Thrown between files after a signal; main turns it into exit code 128 + signal (130 or 143).
+class Interrupted : public std::runtime_error {
+ public:
+  explicit Interrupted(int signal);
+  int signal() const { return signal_; }
+
+ private:
+  int signal_;
+};
+
+/// From here on both signals are remembered instead of ending the program.
+void catch_signals();
+bool signal_came();
+/// Throws Interrupted when a signal came.
+void stop_if_signalled();
+
+}  // namespace app

@@ -1,0 +1,81 @@
+#include "app/stages/picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "app/stages/record.h"
+#include "app/stages/stopwatch.h"
+#include "app/version.h"
+#include "surface/surface.h"
+
+namespace app {
+namespace {
+
+// A speed [m/s] that the shot's particles hardly pass, the same for all its frames: that of a fall through the domain on
+// top of the fastest start, rounded up to 1, 2 or 5 times a power of ten.
+double top_speed(const sim::Scene& scene) {
+  double start = 0, squared = 0;
+  for (const sim::Body& body : scene.bodies) start = std::max(start, body.velocity.norm());
+  for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
+  const double speed = std::sqrt(squared + start * start);
+  if (!(speed > 0)) return 1;
+  const double decade = std::pow(10.0, std::floor(std::log10(speed)));
+  for (const double step : {1.0, 2.0, 5.0})
+    if (speed <= step * decade) return step * decade;
+  return 10 * decade;
+}
+
+std::string caption(const Shot& shot, const sim::Frame& frame) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number), frame.time, frame.id.size());
+  return text;
+}
+
+}  // namespace
+
+PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes hashes, int threads)
+    : shot_(shot), folder_(folder), hashes_(std::move(hashes)), threads_(threads) {}
+
+double PictureMaker::surface(std::int64_t frame) {
+  const Stopwatch watch;
+  base::Ledger ledger;
+  const sim::Frame points = surface::read_points(folder_.points(frame));
+  const std::filesystem::path file = folder_.surface(frame);
+  Folder::make_room_for(file);
+  surface::write_surface(file, points, shot_.surface, {shot_.scene.options.domain, shot_.scene.options.cell}, ledger);
+  write_record(folder_, {.stage = Stage::surface, .frame = frame, .hash = hashes_.surface, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
+                         .passes = ledger.passes(), .totals = {}});
+  return watch.seconds();
+}
+
+double PictureMaker::render(std::int64_t frame) {
+  const Stopwatch watch;
+  base::Ledger ledger;
+  if (!tracer_) tracer_ = std::make_unique<render::PathTracer>(shot_.render, threads_);
+  const render::Image image = tracer_->trace(surface::read_surface(folder_.surface(frame), shot_.surface, ledger), frame, ledger);
+  const render::Options& options = shot_.render.options;
+  const render::Stamp stamp{.shot = shot_.name, .hash = hashes_.render, .version = kVersion, .frame = frame, .spp = options.spp,
+                            .time = static_cast<double>(frame - 1) / shot_.fps};
+  Folder::make_room_for(folder_.image(frame, ".exr"));
+  render::write_exr(folder_.image(frame, ".exr"), image, stamp, ledger);
+  render::write_png(folder_.image(frame, ".png"), image, options, /*display_referred=*/false, ledger);
+  write_record(folder_, {.stage = Stage::render, .frame = frame, .hash = hashes_.render, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
+                         .passes = ledger.passes(), .totals = {}});
+  return watch.seconds();
+}
+
+double PictureMaker::preview(std::int64_t frame) {
+  const Stopwatch watch;
+  base::Ledger ledger;
+  const sim::Frame points = surface::read_points(folder_.points(frame));
+  const render::Image image = render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
+  Folder::make_room_for(folder_.preview(frame));
+  render::write_png(folder_.preview(frame), image, shot_.render.options, /*display_referred=*/true, ledger);
+  write_record(folder_, {.stage = Stage::preview, .frame = frame, .hash = hashes_.render, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
+                         .passes = ledger.passes(), .totals = {}});
+  return watch.seconds();
+}
+
+}  // namespace app

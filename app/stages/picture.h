@@ -1,0 +1,29 @@
+#pragma once
+// Later stages: points file -> level set file -> image files, and points file -> preview.
+#include <cstdint>
+#include <memory>
+
+#include "app/shot/shot.h"
+#include "app/stages/folder.h"
+#include "app/stages/hash.h"
+#include "render/render.h"
+
+namespace app {
+
+/// Makes one frame's files of a stage from the file upstream, and its record. Each returns the seconds spent.
+class PictureMaker {
+ public:
+  PictureMaker(const Shot&, const Folder&, StageHashes, int threads);
+  double surface(std::int64_t frame);
+  double render(std::int64_t frame);
+  double preview(std::int64_t frame);
+
+ private:
+  const Shot& shot_;
+  const Folder& folder_;
+  StageHashes hashes_;
+  int threads_;
+  std::unique_ptr<render::PathTracer> tracer_;   // built for the first frame that is rendered
+};
+
+}  // namespace app

@@ -1,0 +1,187 @@
+#include "app/stages/record.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/stages/hash.h"
+#include "app/version.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::int64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{1024} * usage.ru_maxrss;
+}
+
+double finite(double value, std::string_view name) {
+  if (!std::isfinite(value)) throw std::logic_error(std::string(name) + " is not a finite number");
+  return value;
+}
+
+Json array(const base::Vec3& v, std::string_view name) { return {finite(v.x(), name), finite(v.y(), name), finite(v.z(), name)}; }
+
+base::Vec3 vector(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
+
+// The sums of a frame under the names of run.json.
+void put_totals(const sim::Totals& totals, Json& out) {
+  const auto put = [&](const char* name, double value) { out[name] = finite(value, name); };
+  out["substeps"] = totals.substeps;
+  out["particles"] = totals.particles;
+  put("mass", totals.mass);
+  put("volume", totals.volume);
+  put("kinetic_energy", totals.kinetic_energy);
+  put("potential_energy", totals.potential_energy);
+  out["linear_momentum"] = array(totals.linear_momentum, "linear_momentum");
+  out["angular_momentum"] = array(totals.angular_momentum, "angular_momentum");
+  put("max_speed", totals.max_speed);
+  put("max_divergence", totals.max_divergence);
+  out["state_hash"] = hex16(totals.state_hash);
+}
+
+sim::Totals totals_from(const Json& json) {
+  sim::Totals totals;
+  totals.time = json.at("time");
+  totals.substeps = json.at("substeps");
+  totals.particles = json.at("particles");
+  totals.mass = json.at("mass");
+  totals.volume = json.at("volume");
+  totals.kinetic_energy = json.at("kinetic_energy");
+  totals.potential_energy = json.at("potential_energy");
+  totals.linear_momentum = vector(json.at("linear_momentum"));
+  totals.angular_momentum = vector(json.at("angular_momentum"));
+  totals.max_speed = json.at("max_speed");
+  totals.max_divergence = json.at("max_divergence");
+  totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
+  totals.pushed_out = json.at("pushed_out");
+  totals.pressure_iterations = json.at("pressure_iterations");
+  return totals;
+}
+
+Json passes_json(const std::map<std::string, base::PassCost, std::less<>>& passes) {
+  Json out = Json::object();
+  for (const auto& [name, cost] : passes) out[name] = {{"calls", cost.calls}, {"seconds", finite(cost.seconds, name)}, {"bytes", cost.bytes}};
+  return out;
+}
+
+Json to_json(const Record& record) {
+  Json out = {{"schema", 1}, {"stage", stage_name(record.stage)}, {"frame", record.frame}, {"hash", record.hash}, {"files", Json::array()}};
+  for (const Record::File& file : record.files) out["files"].push_back({{"name", file.name}, {"bytes", file.bytes}});
+  out["seconds"] = finite(record.seconds, "seconds");
+  out["peak_bytes"] = record.peak_bytes;
+  out["passes"] = passes_json(record.passes);
+  if (!record.totals) return out;
+  out["time"] = finite(record.totals->time, "time");
+  put_totals(*record.totals, out);
+  out["pushed_out"] = record.totals->pushed_out;
+  out["pressure_iterations"] = record.totals->pressure_iterations;
+  return out;
+}
+
+Record record_from(const Json& json, Stage stage) {
+  Record record;
+  record.stage = stage;
+  record.frame = json.at("frame");
+  record.hash = json.at("hash");
+  for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("bytes")});
+  record.seconds = json.at("seconds");
+  record.peak_bytes = json.at("peak_bytes");
+  for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes")};
+  if (stage == Stage::simulate) record.totals = totals_from(json);
+  return record;
+}
+
+// One entry of run.json's frames; the records are those of the frame's finished stages.
+Json frame_entry(std::int64_t frame, double fps, const std::vector<Record>& records) {
+  Json entry = {{"frame", frame}, {"time", static_cast<double>(frame - 1) / fps}};
+  base::Ledger passes;
+  Json seconds = Json::object();
+  for (const Record& record : records) {
+    seconds[stage_name(record.stage)] = record.seconds;
+    for (const auto& [name, cost] : record.passes) passes.add(name, cost);
+  }
+  for (const Record& record : records)
+    if (record.totals) put_totals(*record.totals, entry);
+  entry["seconds"] = seconds;
+  entry["passes"] = passes_json(passes.passes());
+  return entry;
+}
+
+}  // namespace
+
+void write_record(const Folder& folder, Record record) {
+  record.files.clear();
+  for (const fs::path& file : folder.outputs(record.stage, record.frame)) {
+    std::error_code failure;
+    const auto bytes = fs::file_size(file, failure);
+    if (failure) base::throw_io(file.string(), failure.message());
+    record.files.push_back({fs::relative(file, folder.root()).generic_string(), bytes});
+  }
+  record.peak_bytes = peak_memory();
+  const fs::path path = folder.record(record.stage, record.frame);
+  Folder::make_room_for(path);
+  base::write_text_atomically(path, to_json(record).dump(2) + "\n");
+}
+
+std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_t frame) {
+  const fs::path path = folder.record(stage, frame);
+  std::error_code none;
+  if (!fs::exists(path, none)) return {};
+  try {
+    return record_from(Json::parse(base::read_file(path)), stage);
+  } catch (const std::exception&) {   // damaged or of another version: the frame is made again
+    return {};
+  }
+}
+
+std::optional<Record> finished_record(const Folder& folder, Stage stage, std::int64_t frame, const std::string& hash) {
+  std::optional<Record> record = read_record(folder, stage, frame);
+  if (!record || record->frame != frame || record->hash != hash) return {};
+  const auto there = [&](const fs::path& output) {
+    std::error_code failure;
+    const auto bytes = fs::file_size(output, failure);
+    return !failure && std::any_of(record->files.begin(), record->files.end(),
+                                   [&](const Record::File& file) { return folder.root() / file.name == output && file.bytes == bytes; });
+  };
+  const std::vector<fs::path> outputs = folder.outputs(stage, frame);
+  if (!std::all_of(outputs.begin(), outputs.end(), there)) return {};
+  return record;
+}
+
+Json run_document(const Folder& folder, const Shot& shot, int threads) {
+  const StageHashes hashes = stage_hashes(shot);
+  std::map<std::int64_t, std::vector<Record>> frames;
+  std::int64_t peak_bytes = peak_memory();
+  const std::pair<Stage, std::string> stages[] = {{Stage::simulate, hashes.simulate}, {Stage::surface, hashes.surface}, {Stage::render, hashes.render}};
+  for (const auto& [stage, hash] : stages)
+    for (const std::int64_t frame : folder.recorded_frames(stage))
+      if (auto record = finished_record(folder, stage, frame, hash)) {
+        peak_bytes = std::max(peak_bytes, record->peak_bytes);
+        frames[frame].push_back(std::move(*record));
+      }
+
+  Json program = {{"version", kVersion}};
+  if (*kCommit) program["commit"] = kCommit;
+  Json out = {{"schema", 1},
+              {"shot", shot.name},
+              {"hashes", {{"simulate", hashes.simulate}, {"surface", hashes.surface}, {"render", hashes.render}}},
+              {"program", program},
+              {"threads", threads},
+              {"isa", "avx2"},
+              {"peak_bytes", peak_bytes},
+              {"frames", Json::array()}};
+  for (const auto& [frame, records] : frames) out["frames"].push_back(frame_entry(frame, shot.fps, records));
+  return out;
+}
+
+}  // namespace app

@@ -1,0 +1,43 @@
+#pragma once
+// What is known of one finished frame and stage: ledger/STAGE.0001.json, written after its files. run.json is assembled
+// from these records.
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/shot/shot.h"
+#include "app/stages/folder.h"
+#include "base/ledger.h"
+#include "sim/frame.h"
+
+namespace app {
+
+struct Record {
+  struct File {
+    std::string name;          // relative to the run's directory
+    std::uint64_t bytes = 0;
+  };
+  Stage stage = Stage::simulate;
+  std::int64_t frame = 1;
+  std::string hash;            // of the shot's keys that the stage reads
+  std::vector<File> files;
+  double seconds = 0;          // wall clock
+  std::int64_t peak_bytes = 0; // resident memory of the process so far
+  std::map<std::string, base::PassCost, std::less<>> passes;
+  std::optional<sim::Totals> totals;   // simulate only
+};
+
+/// Measures the frame's files and memory, and writes the record.
+void write_record(const Folder&, Record);
+/// The record, if the frame is finished: made from keys with this hash, and every file there with the size it had.
+std::optional<Record> finished_record(const Folder&, Stage, std::int64_t frame, const std::string& hash);
+/// The record as it stands, finished or not; empty when there is none that can be read.
+std::optional<Record> read_record(const Folder&, Stage, std::int64_t frame);
+
+/// Content of run.json: all frames with a finished stage.
+nlohmann::ordered_json run_document(const Folder&, const Shot&, int threads);
+
+}  // namespace app
