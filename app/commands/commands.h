@@ -1,0 +1,19 @@
+#pragma once
+// One function per group of commands. Results go to standard output; each throws base::Error where it cannot do its work.
+#include "app/commands/request.h"
+
+namespace app {
+
+/// run, simulate, surface, render.
+void film(const Request&);
+/// Shots, materials and looks that come with the program.
+void list(const Request&);
+/// What is in a file.
+void info(const Request&);
+/// The keys of a shot file.
+void params(const Request&);
+
+/// Carries out a command line. Returns the exit code, after one line on standard error where that is not 0.
+int run_command_line(int count, const char* const* words);
+
+}  // namespace app

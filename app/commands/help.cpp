@@ -1,0 +1,89 @@
+#include "app/commands/help.h"
+
+#include <map>
+
+namespace app {
+namespace {
+
+constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film: a PolyPIC liquid, surfaced and path traced.
+
+  polypic run SHOT         the whole film: out/NAME/movie.mp4
+  polypic simulate SHOT    particles only:    points/points.0001.vdb
+  polypic surface SHOT     points -> surface: surface/surface.0001.vdb
+  polypic render SHOT      surface -> images: images/beauty.0001.exr and .png, movie.mp4
+
+  polypic list             shots, materials and looks that come with the program
+  polypic info FILE        what is in a .vdb, .exr, .png or run.json
+  polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
+
+SHOT is a TOML file, or the name of a shot in the list. polypic COMMAND --help says more.
+
+Your first film, then one of your own:
+  polypic run dam_break
+  polypic params --example > mine.toml && polypic run mine.toml --quality draft
+)";
+
+constexpr std::string_view kShotOptions = R"(
+  --out DIR           the run's directory (default: out/NAME, NAME being the shot's file name)
+  --frames A-B, or A  these frames only; B may go past the shot's last. A simulation starts at frame 1
+  --set KEY=VALUE     changes a key of the shot, as often as you like: --set sim.cell=0.01
+  --quality Q         draft, normal, high or extreme
+  --threads N         default: all cores. The result is the same for any number
+  --restart           forgets what this command and those after it have made, and makes it anew
+  --quiet             no progress
+  --json              run.json's content on standard output, all else on standard error
+)";
+
+constexpr std::string_view kPreviewOption = "  --preview           ";
+
+const std::map<std::string_view, std::string> kPages = {
+    {"run", std::string(R"(polypic run SHOT [options]     simulates, surfaces and renders, frame by frame, then makes the movie
+
+Frames that are finished are kept: the same command goes on where it was stopped.
+)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(also draws the particles: preview/preview.0001.png, preview.mp4
+
+  polypic run dam_break
+  polypic run mine.toml --quality draft --preview
+  polypic run mine.toml --frames 40-48 --set render.spp=64 --out out/closer
+)"},
+    {"simulate", std::string(R"(polypic simulate SHOT [options]     moves the particles and writes points/points.0001.vdb ...
+)") + std::string(kShotOptions) + R"(
+  polypic simulate mine.toml
+  polypic simulate mine.toml --frames 24 --json > run.json
+)"},
+    {"surface", std::string(R"(polypic surface SHOT [options]     turns points into a level set, surface/surface.0001.vdb ...
+)") + std::string(kShotOptions) + R"(
+  polypic surface mine.toml
+  polypic surface mine.toml --restart --set surface.voxel=0.005
+)"},
+    {"render", std::string(R"(polypic render SHOT [options]     path traces the surface: images/beauty.0001.exr and .png ..., movie.mp4
+)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(draws the particles instead; needs the points only
+
+  polypic render mine.toml --frames 12
+  polypic render mine.toml --restart --set render.spp=256
+)"},
+    {"list", R"(polypic list [--json]     shots, materials and looks that come with the program
+)"},
+    {"info", R"(polypic info FILE [--json]     what is in a file
+
+  polypic info out/dam_break/surface/surface.0012.vdb
+  polypic info out/dam_break/images/beauty.0012.exr
+)"},
+    {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
+
+TOPIC is a table or a key. --example prints a complete shot that runs.
+
+  polypic params sim
+  polypic params render.spp
+  polypic params --example > mine.toml
+)"},
+};
+
+}  // namespace
+
+std::string help_text(std::string_view command) {
+  const auto page = kPages.find(command);
+  return page == kPages.end() ? std::string(kFirstPage) : page->second;
+}
+
+}  // namespace app

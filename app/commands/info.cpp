@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/commands.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/text.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json metadata_json(const std::vector<std::array<std::string, 2>>& metadata) {
+  Json out = Json::object();
+  for (const auto& [name, value] : metadata) out[name] = value;
+  return out;
+}
+
+Json grid_json(const surface::GridInfo& grid) {
+  Json out = {{"name", grid.name},
+              {"type", grid.type},
+              {"class", grid.grid_class},
+              {"voxel_size", {grid.voxel_size.x(), grid.voxel_size.y(), grid.voxel_size.z()}},
+              {"active", grid.active}};
+  if (grid.min) out["min"] = *grid.min;
+  if (grid.max) out["max"] = *grid.max;
+  if (grid.bbox) out["bbox"] = *grid.bbox;
+  out["half"] = grid.half;
+  out["compression"] = grid.compression;
+  out["metadata"] = metadata_json(grid.metadata);
+  return out;
+}
+
+Json volume_info(const fs::path& file) {
+  Json out = {{"schema", 1}, {"file", file.string()}, {"kind", "volume"}, {"grids", Json::array()}};
+  for (const surface::GridInfo& grid : surface::info(file)) {
+    out["grids"].push_back(grid_json(grid));
+    if (!grid.points) continue;
+    out["kind"] = "points";
+    out["points"] = {{"count", *grid.points}, {"attributes", grid.attributes}};
+  }
+  return out;
+}
+
+Json image_info(const fs::path& file) {
+  const render::ImageInfo image = render::info(file);
+  return {{"schema", 1},
+          {"file", file.string()},
+          {"kind", "image"},
+          {"image", {{"width", image.width}, {"height", image.height}, {"channels", image.channels}, {"metadata", metadata_json(image.metadata)}}}};
+}
+
+// run.json or a record of the ledger: its own content under "run" or "record".
+Json document_info(const fs::path& file) {
+  Json content;
+  try {
+    content = Json::parse(base::read_file(file));
+  } catch (const Json::parse_error&) {
+    base::throw_input(file.string(), "not a JSON document");
+  }
+  const bool run = content.is_object() && content.contains("frames"), record = content.is_object() && content.contains("stage");
+  if (!run && !record) base::throw_input(file.string(), "neither a run.json nor a record of a ledger");
+  return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};
+}
+
+std::string plain(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+void print_grids(const Json& grids) {
+  for (const Json& grid : grids) {
+    std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(), plain(grid["active"]).c_str());
+    std::printf(", voxel %s m%s\n", base::to_text(grid["voxel_size"][0].get<double>()).c_str(), grid["half"].get<bool>() ? ", half" : "");
+    if (grid.contains("min") && grid.contains("max"))
+      std::printf("  values %s ... %s\n", base::to_text(grid["min"].get<double>()).c_str(), base::to_text(grid["max"].get<double>()).c_str());
+    if (grid.contains("bbox")) std::printf("  voxels %s ... %s\n", grid["bbox"][0].dump().c_str(), grid["bbox"][1].dump().c_str());
+    std::printf("  compression %s\n", plain(grid["compression"]).c_str());
+    for (const auto& [name, value] : grid["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());
+  }
+}
+
+void print_run(const Json& run) {
+  const Json& frames = run["frames"];
+  double seconds = 0;
+  for (const Json& frame : frames)
+    for (const auto& [stage, spent] : frame["seconds"].items()) seconds += spent.get<double>();
+  std::printf("shot %s, %zu frames, %s\n", plain(run.value("shot", Json("?"))).c_str(), frames.size(), base::duration_text(seconds).c_str());
+  if (!run.contains("hashes")) return;
+  for (const auto& [stage, hash] : run["hashes"].items()) std::printf("  %s  %s\n", stage.c_str(), plain(hash).c_str());
+}
+
+void print_text(const Json& out) {
+  std::printf("%s: %s\n", plain(out["file"]).c_str(), plain(out["kind"]).c_str());
+  if (out.contains("grids")) print_grids(out["grids"]);
+  if (out.contains("points")) {
+    std::printf("%s points\n", plain(out["points"]["count"]).c_str());
+    for (const Json& attribute : out["points"]["attributes"]) std::printf("  %s\n", plain(attribute).c_str());
+  }
+  if (out.contains("image")) {
+    const Json& image = out["image"];
+    std::string channels;
+    for (const Json& channel : image["channels"]) channels += " " + plain(channel);
+    std::printf("%sx%s, channels%s\n", plain(image["width"]).c_str(), plain(image["height"]).c_str(), channels.c_str());
+    for (const auto& [name, value] : image["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());
+  }
+  if (out.contains("run")) print_run(out["run"]);
+  if (out.contains("record"))
+    for (const auto& [name, value] : out["record"].items()) std::printf("  %s  %s\n", name.c_str(), value.dump().c_str());
+}
+
+}  // namespace
+
+void info(const Request& request) {
+  const fs::path file = request.subject;
+  std::error_code failure;
+  const fs::file_status status = fs::status(file, failure);
+  if (!fs::exists(status)) base::throw_input(file.string(), "No such file or directory");
+  if (fs::is_directory(status)) base::throw_input(file.string(), "Is a directory");
+  Json out;
+  const std::string extension = file.extension().string();
+  try {
+    if (extension == ".vdb") {
+      surface::initialize();
+      out = volume_info(file);
+    } else if (extension == ".exr" || extension == ".png") {
+      out = image_info(file);
+    } else if (extension == ".json") {
+      out = document_info(file);
+    } else {
+      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .json");
+    }
+  } catch (const Json::exception&) {
+    base::throw_input(file.string(), "not a document of this program");
+  }
+  if (request.json) std::printf("%s\n", out.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  else print_text(out);
+}
+
+}  // namespace app

@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/commands.h"
+#include "base/error.h"
+#include "base/text.h"
+
+namespace app {
+namespace {
+
+// A topic is a key, a table, or one word of a dotted key: "sim", "body.NAME.velocity", "velocity".
+bool matches(const std::string& key, const std::string& topic) {
+  const std::string dotted = "." + key + ".";
+  return dotted.find("." + topic + ".") != std::string::npos;
+}
+
+std::vector<KeyRow> rows_about(const std::string& topic) {
+  std::vector<KeyRow> rows = all_keys();
+  if (topic.empty()) return rows;
+  std::vector<std::string> words;
+  for (const KeyRow& row : rows) {
+    words.push_back(row.key);
+    for (std::size_t start = 0, dot = 0; dot != std::string::npos; start = dot + 1) {
+      dot = row.key.find('.', start);
+      words.push_back(row.key.substr(start, dot - start));
+    }
+  }
+  std::erase_if(rows, [&](const KeyRow& row) { return !matches(row.key, topic); });
+  if (!rows.empty()) return rows;
+  const std::string nearest = base::nearest_word(topic, words);
+  throw base::Error({.code = base::Exit::user, .file = topic, .hint = nearest.empty() ? "polypic params lists them all" : "did you mean " + nearest + "?",
+                     .message = "no such key or table"});
+}
+
+void print_json(const std::vector<KeyRow>& rows) {
+  nlohmann::ordered_json out = {{"schema", 1}, {"keys", nlohmann::ordered_json::array()}};
+  for (const KeyRow& row : rows) {
+    nlohmann::ordered_json entry = {{"key", row.key}};
+    const std::pair<const char*, const std::string&> parts[] = {{"default", row.default_value}, {"unit", row.unit}, {"allowed", row.allowed}, {"meaning", row.meaning}};
+    for (const auto& [name, text] : parts)
+      if (!text.empty()) entry[name] = text;
+    out["keys"].push_back(entry);
+  }
+  std::printf("%s\n", out.dump(2).c_str());
+}
+
+void print_table(const std::vector<KeyRow>& rows) {
+  std::size_t key = 0, value = 0;
+  const auto with_unit = [](const KeyRow& row) { return row.default_value + (row.unit.empty() || row.unit == "1" ? "" : " [" + row.unit + "]"); };
+  for (const KeyRow& row : rows) {
+    key = std::max(key, row.key.size());
+    value = std::min<std::size_t>(std::max(value, with_unit(row).size()), 28);
+  }
+  for (const KeyRow& row : rows) {
+    const std::string allowed = row.allowed.empty() ? "" : " (" + row.allowed + ")";
+    std::printf("%-*s  %-*s  %s%s\n", static_cast<int>(key), row.key.c_str(), static_cast<int>(value), with_unit(row).c_str(), row.meaning.c_str(), allowed.c_str());
+  }
+}
+
+}  // namespace
+
+void params(const Request& request) {
+  if (request.example) {
+    std::fputs(example_shot().c_str(), stdout);
+    return;
+  }
+  const std::vector<KeyRow> rows = rows_about(request.subject);
+  if (request.json) print_json(rows);
+  else print_table(rows);
+}
+
+}  // namespace app

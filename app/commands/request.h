@@ -1,0 +1,26 @@
+#pragma once
+// What a command line asks for, checked for form but not yet carried out.
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/shot/shot.h"
+#include "app/stages/film.h"
+
+namespace app {
+
+struct Request {
+  std::string command;              // "run", "list" ...; empty when `text` answers the call
+  std::string subject;              // SHOT, FILE or TOPIC as given
+  Overrides overrides;
+  std::optional<std::filesystem::path> out;
+  std::optional<FrameRange> frames;
+  std::optional<int> threads;
+  bool restart = false, preview = false, quiet = false, json = false, example = false;
+  std::string text;                 // --help and --version: what to print, and nothing else to do
+};
+
+/// Throws base::Error (exit 2) for anything that is not in the lists of --help.
+Request parse_command_line(int count, const char* const* words);
+
+}  // namespace app

@@ -1,0 +1,36 @@
+// Sets what every thread inherits, then carries out the command line.
+#include <dlfcn.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <cstdio>
+
+#include "app/commands/commands.h"
+#include "base/error.h"
+
+namespace {
+
+// Denormal numbers cost a hundred times a normal one and mean nothing here. Threads copy this setting from the one that starts them.
+void flush_denormals() {
+  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+}
+
+// BLAS and OpenMP inside the direct solver run on one thread: their sums would follow the number of threads. They are found by
+// name because which BLAS is installed is the system's choice, and only this one has threads.
+void use_one_blas_thread() {
+  for (const char* name : {"openblas_set_num_threads", "omp_set_num_threads"})
+    if (void* const found = ::dlsym(RTLD_DEFAULT, name)) reinterpret_cast<void (*)(int)>(found)(1);
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+    std::fputs("polypic: this processor has no AVX2 and FMA, which the program is built for\n", stderr);
+    return static_cast<int>(base::Exit::user);
+  }
+  flush_denormals();
+  use_one_blas_thread();
+  return app::run_command_line(count, words);
+}
