@@ -12,6 +12,7 @@
 namespace app {
 namespace {
 
+constexpr std::size_t kMostWrong = 200;  // complaints kept: one will be shown, and a hostile file could make millions
 constexpr auto kNumber = "a number";
 constexpr auto kVector = "three numbers, [x, y, z]";
 constexpr auto kBox = "two opposite corners, [[x, y, z], [x, y, z]]";
@@ -25,7 +26,8 @@ std::string with_unit(const Node& value, std::string_view unit) {
     while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // not within a UTF-8 letter
     text = text.substr(0, end) + "...";
   }
-  return unit.empty() || unit == "1" ? text : text + " " + std::string(unit);
+  const bool is_measure = value.kind == Node::Kind::integer || value.kind == Node::Kind::number || value.kind == Node::Kind::array;
+  return unit.empty() || unit == "1" || !is_measure ? text : text + " " + std::string(unit);
 }
 
 bool is_good_name(const std::string& name) {
@@ -101,13 +103,14 @@ void Reader::note(std::string_view name, const Node* written, Node value) {
 
 
 void Reader::complain(const base::Key& key, const Node& value, const std::string& allowed, const std::string& hint) {
+  if (wrong_.size() >= kMostWrong) return;
   base::Complaint complaint{.key = scope().path + std::string(key.name), .value = with_unit(value, key.unit),
                             .allowed = "must be " + allowed, .hint = hint};
   wrong_.push_back({false, value.origin.under, complaint_at(value.origin, std::move(complaint))});
 }
 
 void Reader::complain_unknown(const Scope& table) {
-  for (std::size_t i = 0; i < table.node->items.size(); ++i) {
+  for (std::size_t i = 0; i < table.node->items.size() && wrong_.size() < kMostWrong; ++i) {
     const std::string& name = table.node->keys[i];
     if (std::find(table.declared.begin(), table.declared.end(), name) != table.declared.end()) continue;
     const Node& item = table.node->items[i];
@@ -128,7 +131,7 @@ void Reader::complain_unknown(const Scope& table) {
 }
 
 void Reader::require(bool holds, std::string_view key, const std::string& message) {
-  if (holds) return;
+  if (holds || wrong_.size() >= kMostWrong) return;
   const auto step = [](const Node* node, const std::string& part) { return !node ? node : node->is_list() ? find_entry(*node, part) : node->find(part); };
   const Node* node = scope().node;
   const Node* value = &scope().complete;
@@ -144,7 +147,7 @@ void Reader::require(bool holds, std::string_view key, const std::string& messag
     path += (is_entry && node ? entry_name(*list, static_cast<std::size_t>(node - list->items.data())) : part) + ".";
   }
   if (!path.empty()) path.pop_back();
-  const bool is_value = value && !value->is_table() && !value->is_list();
+  const bool is_value = value && !value->is_table() && (value->kind != Node::Kind::array || (!value->items.empty() && !value->is_list()));
   base::Complaint complaint{.key = path, .value = is_value ? with_unit(*value, declared_unit(path)) : "", .message = message};
   wrong_.push_back({true, place->origin.under, complaint_at(place->origin, std::move(complaint))});
 }

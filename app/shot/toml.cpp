@@ -1,11 +1,31 @@
 #include "app/shot/toml.h"
 
+#include <algorithm>
 #include <sstream>
+#include <stdexcept>
+#include <vector>
 
+// The library asserts what a malformed file can break ("[[[" is enough), and its Debian build assumes it instead. Compiled here,
+// a broken assertion is an exception like any other syntax error.
+namespace {
+struct BrokenAssertion : std::logic_error {
+  using std::logic_error::logic_error;
+};
+[[noreturn]] void broken(const char* assertion) { throw BrokenAssertion(assertion); }
+}  // namespace
+#undef TOML_HEADER_ONLY
+#undef TOML_SHARED_LIB
+#define TOML_HEADER_ONLY 1
+#define TOML_ASSERT(expr) ((expr) ? void() : broken(#expr))
+#ifdef NDEBUG
+#error "NDEBUG turns the library's assertions into assumptions"
+#endif
 #include <toml++/toml.h>
 
 namespace app {
 namespace {
+
+constexpr std::size_t kMostKeys = 1000;  // of a table: they are searched one by one
 
 /// What errors call the text, and whether its lines mean anything to the user.
 struct Source {
@@ -25,6 +45,8 @@ Node converted(const toml::node& from, const Source& source) {
       for (const toml::node& item : *from.as_array()) node.items.push_back(converted(item, source));
       break;
     case toml::node_type::table:
+      if (from.as_table()->size() > kMostKeys)
+        throw base::Error({.file = source.name, .line = static_cast<int>(from.source().begin.line), .message = "a table of more than " + std::to_string(kMostKeys) + " keys"});
       node.is_inline = from.as_table()->is_inline();
       for (const auto& [key, item] : *from.as_table()) {
         node.keys.emplace_back(key.str());
@@ -61,10 +83,32 @@ void refuse_deep_keys(std::string_view text, const std::string& file) {
   }
 }
 
+bool breaks_an_assertion(std::string_view text) {
+  try {
+    const toml::table unused = toml::parse(text);
+  } catch (const toml::parse_error&) {
+  } catch (const BrokenAssertion&) {
+    return true;
+  }
+  return false;
+}
+
+// The first line that breaks the parser, by bisection: an assertion does not say where it stands.
+int broken_line(std::string_view text) {
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (text[i] == '\n') ends.push_back(i + 1);
+  ends.push_back(text.size());
+  return 1 + static_cast<int>(std::partition_point(ends.begin(), ends.end(), [&](std::size_t end) { return !breaks_an_assertion(text.substr(0, end)); }) -
+                              ends.begin());
+}
+
 toml::table parsed(std::string_view text, const std::string& file) {
   refuse_deep_keys(text, file);
   try {
     return toml::parse(text);
+  } catch (const BrokenAssertion&) {
+    throw base::Error({.file = file, .line = broken_line(text), .message = "no valid TOML"});
   } catch (const toml::parse_error& e) {
     throw base::Error({.file = file, .line = static_cast<int>(e.source().begin.line), .column = static_cast<int>(e.source().begin.column),
                        .message = std::string(e.description())});

@@ -1,0 +1,165 @@
+// Bad shots, and the exact line each of them gives.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "tests/shot_file.h"
+
+namespace {
+
+struct Bad {
+  std::string text, line;
+};
+
+using BadShot = ShotFile;
+
+}  // namespace
+
+// What follows kLeast, whose [[body]] ends at line 3, and the line it gives.
+TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
+  const std::vector<Bad> table = {
+    {"[sim]\ncell = -1\n", "x.toml:5:8: sim.cell = -1 m: must be above 0"},
+    {"[sim]\ncell = 0\n", "x.toml:5:8: sim.cell = 0 m: must be above 0"},
+    {"[sim]\ncell = \"big\"\n", "x.toml:5:8: sim.cell = \"big\": must be a number above 0"},
+    {"[sim]\ncell = nan\n", "x.toml:5:8: sim.cell = nan m: must be finite"},
+    {"[sim]\ncell = inf\n", "x.toml:5:8: sim.cell = inf m: must be finite"},
+    {"[sim]\ncell = 2024-01-01\n", "x.toml:5:8: sim.cell = 2024-01-01: must be a number above 0"},
+    {"[sim]\ncel = 0.1\n", "x.toml:5:1: sim.cel: unknown key (did you mean sim.cell?)"},
+    {"[sim]\nfps = 24\n", "x.toml:5:1: sim.fps: unknown key (did you mean shot.fps?)"},
+    {"[sim]\nviscosity = 24\n", "x.toml:5:1: sim.viscosity: unknown key"},
+    {"[simm]\ncell = 0.1\n", "x.toml:4:2: simm: unknown key (did you mean sim?)"},
+    {"[sim]\nseed = 1.0\n", "x.toml:5:8: sim.seed = 1: must be a whole number at least 0"},
+    {"[sim]\nseed = -3\n", "x.toml:5:8: sim.seed = -3: must be at least 0"},
+    {"[sim]\ntransfer = \"polipic\"\n",
+     "x.toml:5:12: sim.transfer = \"polipic\": must be \"pic\", \"flip\", \"apic\" or \"polypic\" (did you mean \"polypic\"?)"},
+    {"[sim]\ntransfer = 3\n", "x.toml:5:12: sim.transfer = 3: must be \"pic\", \"flip\", \"apic\" or \"polypic\""},
+    {"[sim]\ndomain = [[0, 0, 0], [1, 1]]\n",
+     "x.toml:5:10: sim.domain = [[0, 0, 0], [1, 1]] m: must be two opposite corners, [[x, y, z], [x, y, z]]"},
+    {"[sim]\ncell = 0.03\n", "x.toml:5:8: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303 m"},
+    {"[sim]\ntransfer = \"apic\"\nmodes = 4\n", "x.toml:6:9: sim.modes = 4: needs sim.transfer = \"polypic\""},
+    {"[sim]\nmodes = 0\n", "x.toml:5:9: sim.modes = 0: must be a count from 1, \"multilinear\", \"quadratic\" or \"full\""},
+    {"[shot]\nframes = 0\n", "x.toml:5:10: shot.frames = 0: must be between 1 and 1000000"},
+    {"[shot]\nup = \"y\"\n", "x.toml:5:6: shot.up = \"y\": must be \"z\""},
+    {"[shot]\nquality = \"extreme\"\n", "x.toml:5:11: shot.quality = \"extreme\": must be \"draft\" or \"normal\""},
+    {"velocity = [1, 0]\n", "x.toml:4:12: body.column.velocity = [1, 0] m/s: must be three numbers, [x, y, z]"},
+    {"velocity = [1, 0, \"a\"]\n", "x.toml:4:12: body.column.velocity = [1, 0, \"a\"] m/s: must be three numbers, [x, y, z]"},
+    {"velocity = [1, 0, inf]\n", "x.toml:4:12: body.column.velocity = [1, 0, inf] m/s: must be finite in each component"},
+    {"material = \"watr\"\n",
+     "x.toml:4:12: body.column.material = \"watr\": must be \"water\", or a table with preset and keys (did you mean \"water\"?)"},
+    {"material = { preset = \"water\", young = 1 }\n", "x.toml:4:32: body.column.material.young: unknown key"},
+    {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
+    {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},
+    {"[[body]]\nname = \"b\"\n", "x.toml:4:1: body.b.shape: a body needs a shape"},
+    {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are glass, ground, plaster, slate, water"},
+    {"[collider]\nname = \"post\"\n", "x.toml:4:1: collider = { name = \"post\" }: must be tables, each under [[collider]]"},
+    {"[look]\nwater = \"blue\"\n", "x.toml:5:9: look.water = \"blue\": must be a table"},
+    {"[look.water]\nabsorption = [-1, 0, 0]\n",
+     "x.toml:5:14: look.water.absorption = [-1, 0, 0] 1/m: must be at least 0 in each component"},
+    {"[look.water]\ncolor = [1, 0, 0]\n", "x.toml:5:1: look.water.color: has no effect with the other values given here"},
+    {"[render]\nview = [1, 2]\n", "x.toml:5:8: render.view = [1, 2]: must be \"filmic\" or \"srgb\""},
+    {"[surface]\nvel_name = 3\n", "x.toml:5:12: surface.vel_name = 3: must be text in quotes"},
+    {"[quality.draft.sim]\ncel = 0.1\n", "x.toml:5:1: quality.draft.sim.cel: unknown key (did you mean quality.draft.sim.cell?)"},
+    {"[quality.draft.sim]\ncell = -1\n", "x.toml:5:8: quality.draft.sim.cell = -1 m: must be above 0"},
+    {"[quality.drat.sim]\ncell = 0.1\n",
+     "x.toml:4:10: quality.drat: unknown key: the rungs are \"draft\" or \"normal\" (did you mean quality.draft?)"},
+    {"[quality.high.sim]\ncell = 0.1\n", "x.toml:4:10: quality.high: unknown key: the rungs are \"draft\" or \"normal\""},
+    {"[quality.draft.shot]\nquality = \"normal\"\n", "x.toml:5:11: quality.draft.shot.quality: a rung cannot choose another one"},
+    {"[quality.draft.body.colum]\nvelocity = [0, 0, 0]\n",
+     "x.toml:4:1: quality.draft.body.colum: no such entry (did you mean quality.draft.body.column?)"},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
+}
+
+TEST_F(BadShot, IsToldWhereItsSyntaxBreaks) {
+  EXPECT_TRUE(line("[sim]\ncell = \n").starts_with("x.toml:2:8: ")) << line("[sim]\ncell = \n");
+  EXPECT_TRUE(line("[sim]\ncell = 1\ncell = 2\n").starts_with("x.toml:3:")) << line("[sim]\ncell = 1\ncell = 2\n");
+  EXPECT_TRUE(line("\xff").starts_with("x.toml:1:1: ")) << line("\xff");
+  for (const std::string text : {"[sim]\ncell = \n", "\xff", "a = \"\n\"", "[[[", "a = 1 b = 2", "[", "[]", "[.a]", "[a.]", "[[]]", "[[a]", "[ ]", "[a b]", "a. = 1",
+                                 "= 1", "a..b = 1", "{}", "[a}", "[[a]]\n[a]", "a = 1\na.b = 2", "a = [1, 2", "a = {b = 1", "a = 'x", "a = 0x", "a = 1e", "\"", "a = \"\\q\""}) {
+    EXPECT_TRUE(line(text).starts_with("x.toml:")) << text << " gives " << line(text);
+    EXPECT_EQ(line(text).find('\n'), std::string::npos) << text;
+  }
+  EXPECT_EQ(line("[sim]\ncell = 1\n[[[\nx = 1\n"), "x.toml:3: no valid TOML");
+}
+
+TEST_F(BadShot, NeedsABody) {
+  EXPECT_EQ(line(""), "x.toml: body: a shot needs at least one [[body]]");
+  EXPECT_EQ(line("body = []"), "x.toml:1:8: body: a shot needs at least one [[body]]");
+}
+
+// A law may fail only because of a misspelt key: the key is what the user must hear of.
+TEST_F(BadShot, IsToldOfABadKeyBeforeABrokenLaw) {
+  EXPECT_EQ(line("[sim]\ncell = 0.03\nsede = 1\n"), "x.toml:3:1: sim.sede: unknown key (did you mean sim.seed?)");
+}
+
+TEST_F(BadShot, IsToldOfTheFirstOfTwoMistakes) {
+  EXPECT_EQ(line("[render]\nwidth = 1\n[sim]\ncell = -1\n"), "x.toml:2:9: render.width = 1 pixels: must be between 16 and 16384");
+}
+
+TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
+  const std::vector<Bad> table = {
+    {"sim.cell=-1", "--set sim.cell=-1: sim.cell = -1 m: must be above 0"},
+    {"sim.cel=1", "--set sim.cel=1: sim.cel: unknown key (did you mean sim.cell?)"},
+    {"sim.cell", "--set sim.cell: must be KEY=VALUE"},
+    {"=1", "--set =1: must be KEY=VALUE"},
+    {"sim..cell=1", "--set sim..cell=1: must be KEY=VALUE"},
+    {"sim.cell=", "--set sim.cell=: sim.cell = \"\": must be a number above 0"},
+    {"sim.cell=0.03", "--set sim.cell=0.03: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303 m"},
+    {"body.colum.velocity=[0,0,1]", "--set body.colum.velocity=[0,0,1]: body.colum: no such entry (did you mean body.column?)"},
+    {"body.2.velocity=[0,0,1]", "--set body.2.velocity=[0,0,1]: body.2: no such entry"},
+    {"body.column.velocity=[1,0", "--set body.column.velocity=[1,0: body.column.velocity = \"[1,0\": must be three numbers, [x, y, z]"},
+    {"body.column.mass=1", "--set body.column.mass=1: body.column.mass: unknown key"},
+    {"sim=3", "--set sim=3: sim = 3: must be a table"},
+    {"sim.cell.x=3", "--set sim.cell.x=3: sim.cell = { x = 3 }: must be a number above 0"},
+    {"shot.quality=high", "--set shot.quality=high: shot.quality = \"high\": must be \"draft\" or \"normal\""},
+    {"quality.draft.sim.cel=1", "--set quality.draft.sim.cel=1: quality.draft.sim.cel: unknown key (did you mean quality.draft.sim.cell?)"},
+    {"surface.vel_name=\xff", "--set surface.vel_name=\xff: must be UTF-8 text"},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(kLeast, {bad.text}), bad.line) << bad.text;
+  EXPECT_EQ(line(kLeast + "material = \"water\"\n", {"body.column.material.density=900"}),
+            "--set body.column.material.density=900: body.column.material = \"water\": must be a table before its keys can be set");
+}
+
+TEST_F(BadShot, NamesTheQualityOptionThatIsNoRung) {
+  EXPECT_EQ(line(kLeast, {}, "drft"), "--quality drft: shot.quality = \"drft\": must be \"draft\" or \"normal\" (did you mean \"draft\"?)");
+}
+
+TEST_F(BadShot, ThatIsMissingOrTooLargeIsNotRead) {
+  try {
+    app::read_shot(folder / "none.toml", {});
+    FAIL() << "nothing was thrown";
+  } catch (const base::Error& e) {
+    EXPECT_EQ(std::string(e.what()), (folder / "none.toml").string() + ": No such file or directory");
+    EXPECT_EQ(e.complaint().code, base::Exit::user);
+  }
+  EXPECT_EQ(line("# " + std::string(1 << 20, 'x')), "x.toml: larger than 1048576 bytes");
+}
+
+TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {
+  std::string deep = "a";
+  for (int i = 0; i < 100000; ++i) deep += ".a";
+  EXPECT_EQ(line("[sim]\n" + deep + " = 1\n"), "x.toml:2: a key of more than 200 parts");
+  EXPECT_NE(line("a = " + std::string(100000, '[')), "no error");
+  std::string many;
+  for (int i = 0; i < 2000; ++i) many += "k" + std::to_string(i) + " = 1\n";
+  EXPECT_EQ(line("[sim]\n" + many), "x.toml:1: a table of more than 1000 keys");
+  EXPECT_LT(line(kLeast + "[sim]\nkernel = \"" + std::string(100000, 'x') + "\"\n").size(), 200u);
+}
+
+TEST_F(BadShot, GivesItsPartsToJson) {
+  try {
+    read(kLeast + "[sim]\nkernel = \"linar\"\n");
+    FAIL() << "nothing was thrown";
+  } catch (const base::Error& e) {
+    const base::Complaint& c = e.complaint();
+    EXPECT_EQ(c.file, (folder / "x.toml").string());
+    EXPECT_EQ(c.line, 5);
+    EXPECT_EQ(c.column, 10);
+    EXPECT_EQ(c.key, "sim.kernel");
+    EXPECT_EQ(c.value, "\"linar\"");
+    EXPECT_EQ(c.allowed, "must be \"linear\" or \"quadratic\"");
+    EXPECT_EQ(c.hint, "did you mean \"linear\"?");
+  }
+}
