@@ -11,18 +11,18 @@
 namespace surface {
 namespace {
 
-constexpr float kBand = 3;       // [voxels] half-width of the narrow band that is written
-constexpr float kLimit = 0.35f;  // [voxels] smoothing moves the surface no further
+constexpr float kBand = 3;   // [voxels] half-width of the narrow band that is written
 
 field::Scale make_scale(const sim::Frame& frame, const Options& options, const Room& room, double voxel) {
   const double edge = frame.pscale > 0 ? frame.pscale * std::cbrt(4 * M_PI / 3) : room.cell / 2;   // [m] of a cube with a particle's volume
   field::Scale s;
   s.spacing = float(edge / voxel);
-  s.search = std::max(3 * s.spacing, 2.0f);
+  s.search = std::max(4 * s.spacing, 2.0f);
   // Far from the ends of a half-space of particles |x - mean| = 0.246 search at its boundary, for weights (1 - s^2)^3.
   s.radius = options.radius ? float(*options.radius / voxel) : 0.246f * s.search;
   s.lone = std::max({0.75f * s.spacing, 1.25f, s.radius});
   s.gap = std::max(1.5f * s.spacing, s.lone);
+  s.limit = 0.35f;
   s.reach = field::kFar + s.lone;
   return s;
 }
@@ -74,13 +74,14 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   const field::Scale scale = make_scale(frame, options, room, lattice.voxel);
   field::Cloud cloud;
   field::Blocks blocks;
-  field::Field distance;
+  field::Field distance, limit;
   std::array<field::Field, 3> velocity;
   {
     const auto timer = ledger.pass("rasterize");
     cloud = field::make_cloud(frame, room.domain, lattice, scale);
     blocks = field::make_blocks(cloud, scale);
-    distance = field::rasterize(cloud, blocks, scale);
+    field::Spheres spheres = field::rasterize(cloud, field::company(cloud, blocks, scale), blocks, scale);
+    distance = std::move(spheres.surface), limit = std::move(spheres.limit);
   }
   {
     const auto timer = ledger.pass("rebuild");
@@ -88,7 +89,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   }
   if (options.smooth > 0) {
     const auto timer = ledger.pass("smooth");
-    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), kLimit);
+    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), limit);
   }
   {
     const auto timer = ledger.pass("rebuild");

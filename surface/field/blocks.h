@@ -53,8 +53,17 @@ inline Eigen::Map<const Row> row_at(const float* first) { return Eigen::Map<cons
 constexpr int kPadded = kBlock + 2;
 using Padded = std::array<std::array<std::array<float, kPadded>, kPadded>, kPadded>;
 
-/// Copies block `b` and its surrounding layer; where no block is stored the value is +kFar in air and -kFar in water.
-void load(const Blocks&, const Field&, std::size_t b, Padded&);
+/// What a field holds where no block is stored.
+struct Absent {
+  float air, water;
+};
+constexpr Absent kDistance = {kFar, -kFar};
+
+/// Copies block `b` and its surrounding layer.
+void load(const Blocks&, const Field&, const Absent&, std::size_t b, Padded&);
+
+/// (1 2 1) / 4 along each axis.
+Field binomial(const Blocks&, const Field&, const Absent&);
 
 /// Runs body(b) for every block, in parallel.
 template <class Body>

@@ -91,48 +91,6 @@ std::vector<std::uint32_t> sort(const Copies& copies, Cloud& cloud) {
   return order;
 }
 
-/// Sum of (1 - s^2)^3 over the particles of an octant at s = distance / search.
-float crowd_of_octant(const Cloud& cloud, const Index3& octant, const Vec3f& x, float search) {
-  const std::int32_t bin = cloud.bins.at(Index3(octant[0] >> 1, octant[1] >> 1, octant[2] >> 1));
-  if (bin < 0) return 0;
-  const float inverse = 1 / (search * search);
-  const std::size_t o = 8 * std::size_t(bin) + std::size_t(4 * (octant[0] & 1) + 2 * (octant[1] & 1) + (octant[2] & 1));
-  float sum = 0;
-  for (std::uint32_t q = cloud.first[o]; q < cloud.first[o + 1]; ++q) {
-    const float t = std::max(0.0f, 1 - (cloud.position[q] - x).squaredNorm() * inverse);
-    sum += t * t * t;
-  }
-  return sum;
-}
-
-/// The same over all particles, the one at `x` included; goes no further than `enough`. Most have enough in their own octant.
-float crowd(const Cloud& cloud, const Vec3f& x, float search, float enough) {
-  constexpr int kHalf = kBlock / 2;
-  const int n = 1 + static_cast<int>(search) / kHalf;
-  const Index3 own = Index3((x / kHalf).array().floor().cast<int>());
-  float sum = crowd_of_octant(cloud, own, x, search);
-  for (int i = -n; i <= n; ++i)
-    for (int j = -n; j <= n; ++j)
-      for (int k = -n; k <= n; ++k) {
-        if (sum >= enough) return enough;
-        if (i != 0 || j != 0 || k != 0) sum += crowd_of_octant(cloud, own + Index3(i, j, k), x, search);
-      }
-  return std::min(sum, enough);
-}
-
-/// A particle on its own is a drop that the voxels resolve; among others it has the radius that keeps volume.
-void set_radii(Cloud& cloud, const Scale& scale) {
-  constexpr float kAlone = 1, kMany = 5;   // a sheet one particle thick has about 7, the surface of a body 9
-  cloud.radius.resize(cloud.count());
-  base::parallel_chunks(cloud.count(), 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const float t = (crowd(cloud, cloud.position[p], scale.search, kMany) - kAlone) / (kMany - kAlone);
-      const float smooth = t * t * (3 - 2 * t);
-      cloud.radius[p] = scale.lone + (scale.radius - scale.lone) * smooth;
-    }
-  });
-}
-
 /// One bit for each of 4^3, 2^3 or 1 parts of a block: whether a particle is in it. Full blocks have all bits.
 std::vector<bool> full_blocks(const Cloud& cloud, float spacing) {
   const int shift = spacing <= 1.01f ? 1 : spacing <= 2.01f ? 2 : 3;   // a part is two spacings wide or more
@@ -151,7 +109,10 @@ std::vector<bool> full_blocks(const Cloud& cloud, float spacing) {
   return full;
 }
 
+/// Inside, and far enough from the surface and the walls that no pass would change it.
 bool deep(const Cloud& cloud, const std::vector<bool>& full, const Index3& block) {
+  const Vec3f low = (block * kBlock).cast<float>(), high = low.array() + kBlock - 1;
+  if ((low.array() < kFar).any() || (high.array() > cloud.size.array() - kFar).any()) return false;
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j)
       for (int k = -1; k <= 1; ++k) {
@@ -167,6 +128,7 @@ Cloud make_cloud(const sim::Frame& frame, const base::Box& domain, const Lattice
   const Vec3 size = domain.size() / lattice.voxel;
   const Copies copies = with_mirror_images(frame, size, lattice, scale.reach);
   Cloud cloud;
+  cloud.size = size.cast<float>();
   cloud.bins = make_directory(size, scale.reach);
   const std::vector<std::uint32_t> order = sort(copies, cloud);
   cloud.position.reserve(order.size());
@@ -175,7 +137,6 @@ Cloud make_cloud(const sim::Frame& frame, const base::Box& domain, const Lattice
     cloud.position.push_back(copies.position[i]);
     cloud.velocity.push_back(frame.velocity[copies.source[i]]);
   }
-  set_radii(cloud, scale);
   return cloud;
 }
 

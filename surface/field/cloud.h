@@ -16,16 +16,17 @@ struct Scale {
   float radius;      // of a particle among many: the surface lies this far from their mean position
   float lone;        // of a particle on its own
   float gap;         // nothing is inside further than this from the nearest particle
+  float limit;       // smoothing moves a body's surface no further
   float reach;       // blocks are stored this far around particles
 };
 
 struct Cloud {
+  base::Vec3f size;                        // of the domain, from 0
   Directory bins;                          // blocks with particles: their number, else kAir
   std::vector<Index3> block;               // coordinates of each block with particles
   std::vector<std::uint32_t> first;        // octant o of block b holds particles [first[8 b + o], first[8 b + o + 1])
   std::vector<base::Vec3f> position;       // [voxels] from the lattice's origin
   std::vector<base::Vec3f> velocity;       // [m/s]
-  std::vector<float> radius;               // [voxels]
   std::size_t count() const { return position.size(); }
 };
 

@@ -21,7 +21,7 @@ Field spread(const Blocks& blocks, Field distance, const Field& known, int passe
   for (int pass = 0; pass < passes; ++pass) {
     each_block(blocks, [&](std::size_t b) {
       Padded d;
-      load(blocks, distance, b, d);
+      load(blocks, distance, kDistance, b, d);
       for (int i = 1; i <= kBlock; ++i)
         for (int j = 1; j <= kBlock; ++j) {
           const std::size_t at = b * kVoxels + std::size_t(((i - 1) * kBlock + j - 1) * kBlock);
@@ -59,7 +59,7 @@ Field distance_from_crossings(const Blocks& blocks, const Field& field) {
   Field known(field.size());
   each_block(blocks, [&](std::size_t b) {
     Padded d;
-    load(blocks, field, b, d);
+    load(blocks, field, kDistance, b, d);
     for (int v = 0; v < kVoxels; ++v) {
       const std::size_t at = b * kVoxels + std::size_t(v);
       const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
@@ -78,12 +78,12 @@ Field distance_from_slope(const Blocks& blocks, const Field& field) {
   Field known(field.size());
   each_block(blocks, [&](std::size_t b) {
     Padded d;
-    load(blocks, field, b, d);
+    load(blocks, field, kDistance, b, d);
     for (int v = 0; v < kVoxels; ++v) {
       const std::size_t at = b * kVoxels + std::size_t(v);
       const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
       const Eigen::Vector3f slope(d[i + 1][j][k] - d[i - 1][j][k], d[i][j + 1][k] - d[i][j - 1][k], d[i][j][k + 1] - d[i][j][k - 1]);
-      const float near = d[i][j][k] / std::clamp(slope.norm() / 2, 0.7f, 1.5f);   // outside this range phi is a ridge, not a slope
+      const float near = d[i][j][k] / std::clamp(slope.norm() / 2, 0.85f, 1.2f);   // outside this range phi is a ridge, not a slope
       known[at] = std::fabs(near) < kSmooth;
       start[at] = known[at] ? near : std::copysign(kFar, d[i][j][k]);
     }

@@ -6,9 +6,16 @@
 
 namespace surface::field {
 
+/// How much company each particle has, from the density of particles around it: 0 on its own, 1 at the surface of a body.
+std::vector<float> company(const Cloud&, const Blocks&, const Scale&);
+
 /// Averaged spheres [Zhu05 eq 3]: |x - mean of the particles near x| - mean of their radii, weights (1 - s^2)^3; not inside
 /// further than `scale.gap` from every particle, so that water on two sides does not fill the air between.
-Field rasterize(const Cloud&, const Blocks&, const Scale&);
+/// `limit` is how far smoothing may move the surface there: drops and sheets less than bodies, or it would swallow them.
+struct Spheres {
+  Field surface, limit;
+};
+Spheres rasterize(const Cloud&, const std::vector<float>& company, const Blocks&, const Scale&);
 
 /// The same zero set as a distance up to kFar: axis crossings beside the surface, the eikonal equation away from it.
 Field distance_from_crossings(const Blocks&, const Field&);
@@ -17,8 +24,8 @@ Field distance_from_crossings(const Blocks&, const Field&);
 Field distance_from_slope(const Blocks&, const Field&);
 
 /// `passes` binomial filters S applied as 2 S^p - S^2p, whose response is 1 to fourth order: bumps go, volume and curvature
-/// stay. No value moves by more than `limit`, which keeps drops and sheets that the filter would swallow.
-Field smooth(const Blocks&, const Field&, int passes, float limit);
+/// stay. No value moves by more than `limit`.
+Field smooth(const Blocks&, const Field&, int passes, const Field& limit);
 
 /// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `search`, continued outwards.
 std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, float search);

@@ -10,15 +10,15 @@ using base::Vec3f;
 
 /// Weighted sums over particles at each voxel; positions from the block's first voxel.
 struct Sums {
-  std::array<Row, kRows> weight, x, y, z, radius, nearest;   // nearest: squared distance
+  std::array<Row, kRows> weight, x, y, z, company, nearest;   // nearest: squared distance
   Sums() {
-    for (auto* rows : {&weight, &x, &y, &z, &radius}) rows->fill(Row::Zero());
+    for (auto* rows : {&weight, &x, &y, &z, &company}) rows->fill(Row::Zero());
     nearest.fill(Row::Constant(1e6f));
   }
 };
 
 /// Adds a particle at `at` to the voxels within `search`.
-void add(Sums& sums, const Vec3f& at, float radius, float search) {
+void add(Sums& sums, const Vec3f& at, float company, float search) {
   const float square = search * search, inverse = 1 / square;
   const auto first = [&](int a) { return std::max(0, int(std::ceil(at[a] - search))); };
   const auto last = [&](int a) { return std::min(kBlock - 1, int(std::floor(at[a] + search))); };
@@ -34,30 +34,35 @@ void add(Sums& sums, const Vec3f& at, float radius, float search) {
       sums.x[row] += w * at[0];
       sums.y[row] += w * at[1];
       sums.z[row] += w * at[2];
-      sums.radius[row] += w * radius;
+      sums.company[row] += w * company;
       sums.nearest[row] = sums.nearest[row].min(d2);
     }
 }
 
-Row averaged_sphere(const Sums& sums, std::size_t row, float gap) {
-  const Row inverse = 1 / sums.weight[row].max(1e-9f);
+Row averaged_sphere(const Sums& sums, std::size_t row, const Row& inverse, const Scale& scale) {
   const Row x = sums.x[row] * inverse - float(row / kBlock), y = sums.y[row] * inverse - float(row % kBlock);
   const Row z = sums.z[row] * inverse - Row::LinSpaced(0, kBlock - 1);
-  const Row sphere = (x * x + y * y + z * z).sqrt() - sums.radius[row] * inverse;
-  return (sums.weight[row] > 1e-9f).select(sphere.max(sums.nearest[row].sqrt() - gap).min(kFar), Row::Constant(kFar));
+  const Row radius = scale.lone + (scale.radius - scale.lone) * (sums.company[row] * inverse);
+  const Row sphere = (x * x + y * y + z * z).sqrt() - radius;
+  return (sums.weight[row] > 1e-9f).select(sphere.max(sums.nearest[row].sqrt() - scale.gap).min(kFar), Row::Constant(kFar));
 }
 
 }  // namespace
 
-Field rasterize(const Cloud& cloud, const Blocks& blocks, const Scale& scale) {
-  Field field(blocks.count() * kVoxels);
+Spheres rasterize(const Cloud& cloud, const std::vector<float>& company, const Blocks& blocks, const Scale& scale) {
+  Spheres result = {Field(blocks.count() * kVoxels), Field(blocks.count() * kVoxels)};
   each_block(blocks, [&](std::size_t b) {
     Sums sums;
     const Vec3f origin = (blocks.coordinate[b] * kBlock).cast<float>();
-    each_near(cloud, blocks.coordinate[b], scale.search, [&](std::uint32_t p) { add(sums, cloud.position[p] - origin, cloud.radius[p], scale.search); });
-    for (std::size_t r = 0; r < kRows; ++r) row_at(&field[b * kVoxels + r * kBlock]) = averaged_sphere(sums, r, scale.gap);
+    each_near(cloud, blocks.coordinate[b], scale.search, [&](std::uint32_t p) { add(sums, cloud.position[p] - origin, company[p], scale.search); });
+    for (std::size_t r = 0; r < kRows; ++r) {
+      const std::size_t at = b * kVoxels + r * kBlock;
+      const Row inverse = 1 / sums.weight[r].max(1e-9f);
+      row_at(&result.surface[at]) = averaged_sphere(sums, r, inverse, scale);
+      row_at(&result.limit[at]) = scale.limit * (sums.company[r] * inverse).square().square();
+    }
   });
-  return field;
+  return result;
 }
 
 }  // namespace surface::field

@@ -71,7 +71,7 @@ bool mean_of_known(const Padded (&component)[3], const Padded& here, int i, int 
   for (int x = i - 1; x <= i + 1; ++x)
     for (int y = j - 1; y <= j + 1; ++y)
       for (int z = k - 1; z <= k + 1; ++z)
-        if (here[x][y][z] == 1) {   // kFar where there is no block
+        if (here[x][y][z] == 1) {
           sum += Vec3f(component[0][x][y][z], component[1][x][y][z], component[2][x][y][z]);
           n += 1;
         }
@@ -89,8 +89,8 @@ Known grown(const Blocks& blocks, const Known& known, const Field& distance, flo
       const std::size_t at = b * kVoxels + std::size_t(v);
       if (known.here[at] == 1 || std::fabs(distance[at]) >= band) continue;
       if (!loaded) {
-        for (std::size_t a = 0; a < 3; ++a) load(blocks, known.component[a], b, component[a]);
-        load(blocks, known.here, b, here);
+        for (std::size_t a = 0; a < 3; ++a) load(blocks, known.component[a], {0, 0}, b, component[a]);
+        load(blocks, known.here, {0, 0}, b, here);
         loaded = true;
       }
       Vec3f mean;
