@@ -158,7 +158,7 @@ TEST_F(Shot, TakesAWholeNumberForARealOne) {
 }
 
 TEST_F(Shot, ResolvesToTextThatReadsAsTheSameShot) {
-  const std::string text = kLeast + "velocity = [0.1, 1e-9, 1e20]\nmaterial = { density = 900 }\n[quality.draft.sim]\ncell = 0.1\n"
+  const std::string text = kLeast + "velocity = [0.1, 1e-9, 123456789012345680000.0]\nmaterial = { density = 900 }\n[quality.draft.sim]\ncell = 0.1\n"
                            "[look.\"odd name\"]\nior = 1.4\nmodel = \"dielectric\"\n[surface]\nvel_name = \"a\\\"b\\u0001ü\"\n";
   const app::Shot shot = read(text, {"sim.seed=5"}, "draft");
   const app::Shot again = read(shot.resolved);
@@ -167,12 +167,30 @@ TEST_F(Shot, ResolvesToTextThatReadsAsTheSameShot) {
   EXPECT_EQ(again.scene.options.cell, 0.1);
   EXPECT_EQ(again.scene.options.seed, 5);
   EXPECT_EQ(again.scene.options.transfer, sim::Transfer::apic);
-  EXPECT_EQ(again.scene.bodies[0].velocity, base::Vec3(0.1, 1e-9, 1e20));
+  EXPECT_EQ(again.scene.bodies[0].velocity, base::Vec3(0.1, 1e-9, 123456789012345680000.0));
   EXPECT_EQ(again.scene.bodies[0].density, 900);
   EXPECT_EQ(again.surface.vel_name, "a\"b\x01ü");
   EXPECT_EQ(again.render.looks.at("odd name").ior, 1.4);
   EXPECT_EQ(again.render.options.spp, 4);
   for (const std::string stage : {"simulate", "surface", "render"}) EXPECT_EQ(app::stage_text(again, stage), app::stage_text(shot, stage));
+}
+
+TEST_F(Shot, ResolvesToTheKeysThatSomebodySet) {
+  EXPECT_EQ(read(kLeast, {"sim.cell=0.1"}, "draft").resolved, R"([shot]
+quality = "draft"
+
+[sim]
+cell = 0.1
+transfer = "apic"
+kernel = "linear"
+
+[[body]]
+name = "column"
+shape = { box = [[0, 0, 0], [0.5, 1, 1]] }
+
+[render]
+spp = 4
+)");
 }
 
 TEST_F(Shot, ResolvesToOneSpellingInOneOrder) {

@@ -26,6 +26,7 @@ namespace app {
 namespace {
 
 constexpr std::size_t kMostKeys = 1000;  // of a table: they are searched one by one
+constexpr int kMostParts = 200;          // of a dotted key: each is a table in a table
 
 /// What errors call the text, and whether its lines mean anything to the user.
 struct Source {
@@ -70,8 +71,7 @@ Node converted(const toml::node& from, const Source& source) {
 
 // The parser nests a table for each part of a dotted key, by recursion: "a.a.a..." without end would take the stack.
 void refuse_deep_keys(std::string_view text, const std::string& file) {
-  constexpr int kMostParts = 200;
-  int parts = 0, line = 1;
+    int parts = 0, line = 1;
   bool in_comment = false;
   for (const char c : text) {
     if (c == '\n') ++line;
@@ -144,7 +144,9 @@ Node parse_set(const std::string& set) {
   Node root;
   Node* node = &root;
   std::istringstream parts(set.substr(0, equals) + ".");
+  int count = 0;
   for (std::string part; std::getline(parts, part, '.');) {
+    if (++count > kMostParts) throw base::Error({.file = name, .message = "a key of more than " + std::to_string(kMostParts) + " parts"});
     const auto first = part.find_first_not_of(' '), last = part.find_last_not_of(' ');
     if (first == std::string::npos) throw base::Error({.file = name, .allowed = "must be KEY=VALUE"});
     node->origin.file = name;
