@@ -134,13 +134,13 @@ void Options::params(base::Params& p) {
   const base::Vec3 size = domain.size();
   const bool is_box = (size.array() > 0).all();
   p.require(is_box, "domain", "the second corner must be above the first in every axis");
-  if (is_box) {
-    const double near = is_multiple(size, cell) ? cell : nearest_cell(size, cell);
-    p.require(is_multiple(size, cell), "cell",
-              near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {:.6g} m", near)
-                       : std::string("the domain is no multiple of it, and no cell near it divides all three edges"));
-    const double cells = size.prod() / (cell * cell * cell);
-    p.require(cells <= kMostCells, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
+  const double cells = size.prod() / (cell * cell * cell);
+  const bool fits = cells <= kMostCells;
+  p.require(!is_box || fits, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
+  if (is_box && fits && !is_multiple(size, cell)) {
+    const double near = nearest_cell(size, cell);
+    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {:.6g} m", near)
+                                      : std::string("the domain is no multiple of it, and no cell near it divides all three edges"));
   }
   const auto edge = cube_root(particles_per_cell);
   p.require(edge * edge * edge == particles_per_cell, "particles_per_cell", "must be 1, 8, 27 or 64");
