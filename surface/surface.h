@@ -18,7 +18,7 @@ namespace surface {
 struct Options {
   std::optional<double> voxel;    // [m] half of sim.cell when unset
   std::optional<double> radius;   // [m] of a particle's sphere
-  std::int64_t smooth = 3;        // passes
+  std::int64_t smooth = 8;        // passes
   std::string vel_name = "vel";   // name of the velocity grid
   void params(base::Params&);
 };

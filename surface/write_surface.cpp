@@ -11,7 +11,10 @@
 namespace surface {
 namespace {
 
-constexpr float kBand = 3;   // [voxels] half-width of the narrow band that is written
+constexpr float kBand = 3;      // [voxels] half-width of the narrow band that is written
+constexpr float kBelow = 0.5f;  // [voxels] the cut lies this far below the floor: no light between water and ground
+
+openvdb::Vec3d to_vdb(const base::Vec3& v) { return {v[0], v[1], v[2]}; }
 
 field::Scale make_scale(const sim::Frame& frame, const Options& options, const Room& room, double voxel) {
   const double edge = frame.pscale > 0 ? frame.pscale * std::cbrt(4 * M_PI / 3) : room.cell / 2;   // [m] of a cube with a particle's volume
@@ -29,7 +32,7 @@ field::Scale make_scale(const sim::Frame& frame, const Options& options, const R
 
 openvdb::math::Transform::Ptr make_transform(const field::Lattice& lattice) {
   auto transform = openvdb::math::Transform::createLinearTransform(lattice.voxel);
-  transform->postTranslate(openvdb::Vec3d(lattice.origin[0], lattice.origin[1], lattice.origin[2]));
+  transform->postTranslate(to_vdb(lattice.origin));
   return transform;
 }
 
@@ -89,13 +92,13 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   }
   if (options.smooth > 0) {
     const auto timer = ledger.pass("smooth");
-    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), limit);
+    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), scale.search, limit);
   }
   {
     const auto timer = ledger.pass("rebuild");
     distance = field::distance_from_slope(blocks, distance);
     const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
-    field::cut(blocks, base::Vec3f(0, 0, -0.5f), upper, distance);
+    field::cut(blocks, base::Vec3f(0, 0, -kBelow), upper, distance);
   }
   {
     const auto timer = ledger.pass("velocity");
@@ -110,6 +113,8 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
     grid->setCreator("polypic");
     grid->insertMeta("frame", openvdb::Int64Metadata(frame.number));
     grid->insertMeta("time", openvdb::DoubleMetadata(frame.time));
+    grid->insertMeta("cut_lower", openvdb::Vec3DMetadata(to_vdb(room.domain.lower - base::Vec3(0, 0, kBelow * lattice.voxel))));
+    grid->insertMeta("cut_upper", openvdb::Vec3DMetadata(to_vdb(room.domain.upper)));
     grids.push_back(grid);
   }
   files::write(path, grids, {});

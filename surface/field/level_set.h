@@ -9,8 +9,9 @@ namespace surface::field {
 /// How much company each particle has, from the density of particles around it: 0 on its own, 1 at the surface of a body.
 std::vector<float> company(const Cloud&, const Blocks&, const Scale&);
 
-/// Averaged spheres [Zhu05 eq 3]: |x - mean of the particles near x| - mean of their radii, weights (1 - s^2)^3; not inside
-/// further than `scale.gap` from every particle, so that water on two sides does not fill the air between.
+/// Averaged spheres [Zhu05 eq 3]: |x - mean of the particles near x| - radius, weights (1 - s^2)^3. Not inside further than
+/// `scale.gap` from every particle, so that water on two sides does not fill the air between; and a particle on its own keeps
+/// its drop, whatever passes by.
 /// `limit` is how far smoothing may move the surface there: drops and sheets less than bodies, or it would swallow them.
 struct Spheres {
   Field surface, limit;
@@ -23,9 +24,10 @@ Field distance_from_crossings(const Blocks&, const Field&);
 /// Distance again after smoothing: phi / |grad phi| where phi is smooth, the eikonal equation further out. Keeps normals smooth.
 Field distance_from_slope(const Blocks&, const Field&);
 
-/// `passes` binomial filters S applied as 2 S^p - S^2p, whose response is 1 to fourth order: bumps go, volume and curvature
-/// stay. No value moves by more than `limit`.
-Field smooth(const Blocks&, const Field&, int passes, const Field& limit);
+/// P = S^passes of the binomial filter S, applied as 2 P - P^2, whose response is 1 to fourth order: bumps go, volume and
+/// curvature stay. The averaged spheres have lost 0.075 search^2 of the curvature (measured on balls); more of P - P^2 gives it
+/// back. No value moves by more than `limit`.
+Field smooth(const Blocks&, const Field&, int passes, float search, const Field& limit);
 
 /// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `search`, continued outwards.
 std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, float search);

@@ -42,9 +42,11 @@ void add(Sums& sums, const Vec3f& at, float company, float search) {
 Row averaged_sphere(const Sums& sums, std::size_t row, const Row& inverse, const Scale& scale) {
   const Row x = sums.x[row] * inverse - float(row / kBlock), y = sums.y[row] * inverse - float(row % kBlock);
   const Row z = sums.z[row] * inverse - Row::LinSpaced(0, kBlock - 1);
-  const Row radius = scale.lone + (scale.radius - scale.lone) * (sums.company[row] * inverse);
+  const Row company = sums.company[row] * inverse, nearest = sums.nearest[row].sqrt();
+  const Row radius = scale.lone + (scale.radius - scale.lone) * company;
   const Row sphere = (x * x + y * y + z * z).sqrt() - radius;
-  return (sums.weight[row] > 1e-9f).select(sphere.max(sums.nearest[row].sqrt() - scale.gap).min(kFar), Row::Constant(kFar));
+  const Row least = nearest - (scale.lone + (scale.gap - scale.lone) * company), most = nearest - scale.lone + 2 * scale.lone * company;
+  return (sums.weight[row] > 1e-9f).select(sphere.min(most).max(least).min(kFar), Row::Constant(kFar));
 }
 
 }  // namespace

@@ -1,0 +1,85 @@
+#include <map>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "tests/surface_bodies.h"
+
+using namespace surface_test;
+
+namespace {
+
+sim::Frame tank_with_ball_and_drop() {
+  sim::Frame frame = fill([](const Vec3& x) { return x[2] < 0.15 || (x - Vec3(0.4, 0.3, 0.4)).norm() < 0.1; });
+  frame.position.emplace_back(0.1f, 0.1f, 0.4f);
+  frame.velocity.emplace_back(0, 0, 0);
+  frame.id.push_back(static_cast<std::int64_t>(frame.id.size()));
+  return frame;
+}
+
+}  // namespace
+
+TEST(Mesh, EachEdgeIsSharedByTwoQuadsInOppositeDirections) {
+  const surface::Mesh mesh = mesh_of(tank_with_ball_and_drop());
+  ASSERT_GT(mesh.quads.size(), 10000u);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> times;
+  for (const auto& q : mesh.quads)
+    for (std::size_t i = 0; i < 4; ++i)
+      if (q[i] != q[(i + 1) % 4]) ++times[{q[i], q[(i + 1) % 4]}];
+  for (const auto& [edge, n] : times) {
+    EXPECT_EQ(n, 1);
+    EXPECT_EQ(times.count({edge.second, edge.first}), 1u);
+  }
+}
+
+TEST(Mesh, FacesOutwards) {
+  const surface::Mesh mesh = mesh_of(ball(0.2));
+  EXPECT_GT(volume(mesh), 0);
+  for (const auto& q : mesh.quads) EXPECT_GT(vector_area(mesh, q).dot(corner(mesh, q, 0) - Vec3(0.4, 0.3, 0.3)), 0);
+}
+
+TEST(Mesh, NormalsHaveLengthOneAndFaceOutwards) {
+  const surface::Mesh mesh = mesh_of(ball(0.2));
+  double worst = 1;
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    EXPECT_NEAR(mesh.normal[v].norm(), 1, 1e-5);
+    worst = std::min(worst, mesh.normal[v].cast<double>().dot((mesh.position[v].cast<double>() - Vec3(0.4, 0.3, 0.3)).normalized()));
+  }
+  EXPECT_GT(worst, std::cos(15 * M_PI / 180));
+}
+
+TEST(Mesh, NormalsOfCutFacesAreTheWalls) {
+  const surface::Mesh mesh = mesh_of(tank(0.3));
+  int seen = 0;
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    const Vec3f& x = mesh.position[v];
+    if (x[0] != 0 || x[2] < 0.03f || x[2] > 0.27f || x[1] < 0.03f || x[1] > 0.57f) continue;
+    EXPECT_NEAR(mesh.normal[v][0], -1, 1e-5);
+    ++seen;
+  }
+  EXPECT_GT(seen, 500);
+}
+
+TEST(Mesh, IsTheSameEveryTime) {
+  const surface::Mesh a = mesh_of(tank_with_ball_and_drop()), b = mesh_of(tank_with_ball_and_drop());
+  EXPECT_EQ(a.quads, b.quads);
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.normal, b.normal);
+}
+
+TEST(Mesh, PointsAreNotTakenForALevelSet) {
+  surface::initialize();
+  const TemporaryFile file;
+  base::Ledger ledger;
+  surface::write_points(file.path(), ball(0.05), ledger);
+  EXPECT_THROW(surface::read_surface(file.path(), {}, ledger), base::Error);
+}
+
+TEST(Mesh, DamagedFileIsOneLine) {
+  surface::initialize();
+  const TemporaryFile file;
+  base::Ledger ledger;
+  surface::write_surface(file.path(), ball(0.05), {}, room(), ledger);
+  const std::string whole = base::read_file(file.path());
+  base::write_text_atomically(file.path(), whole.substr(0, whole.size() / 2));
+  EXPECT_THROW(surface::read_surface(file.path(), {}, ledger), base::Error);
+}
