@@ -34,6 +34,12 @@ FrameRange frames_from(const std::string& text) {
   return {*first, *last};
 }
 
+int threads_from(const std::string& text) {
+  const auto threads = count_in(text, kMostThreads);
+  if (!threads) refuse("--threads " + text, "must be a whole number from 1 to " + std::to_string(kMostThreads));
+  return static_cast<int>(*threads);
+}
+
 std::string nearest_command(const std::string& word) {
   const std::vector<std::string> names(kCommands.begin(), kCommands.end());
   const std::string nearest = base::nearest_word(word, names);
@@ -45,7 +51,7 @@ std::string nearest_command(const std::string& word) {
 
 /// Words as CLI11 fills them in, before their form is checked.
 struct Words {
-  std::string frames, threads, quality, out;
+  std::optional<std::string> frames, threads, quality, out;
 };
 
 void add_shot_options(CLI::App& command, Request& request, Words& words) {
@@ -59,21 +65,17 @@ void add_shot_options(CLI::App& command, Request& request, Words& words) {
   command.add_flag("--quiet", request.quiet);
 }
 
-void add_commands(CLI::App& program, Request& request, Words& words) {
-  for (const std::string_view name : kCommands) {
-    CLI::App& command = *program.add_subcommand(std::string(name));
-    command.set_help_flag("-h,--help");
-    command.add_flag("--json", request.json);
-    if (name == "list") continue;
-    if (name == "info") command.add_option("FILE", request.subject)->required();
-    else if (name == "params") {
-      command.add_option("TOPIC", request.subject);
-      command.add_flag("--example", request.example);
-    } else {
-      add_shot_options(command, request, words);
-      if (name == "run" || name == "render") command.add_flag("--preview", request.preview);
-    }
-    command.callback([&request, name] { request.command = name; });
+void add_options(CLI::App& command, const std::string& name, Request& request, Words& words) {
+  command.set_help_flag("-h,--help");
+  command.add_flag("--json", request.json);
+  if (name == "list") return;
+  if (name == "info") command.add_option("FILE", request.subject)->required();
+  else if (name == "params") {
+    command.add_option("TOPIC", request.subject);
+    command.add_flag("--example", request.example);
+  } else {
+    add_shot_options(command, request, words);
+    if (name == "run" || name == "render") command.add_flag("--preview", request.preview);
   }
 }
 
@@ -88,49 +90,40 @@ std::string version_text() {
   return "polypic " + std::string(kVersion) + (commit.empty() ? "" : " (" + commit + ")") + "\n";
 }
 
-// CLI11's complaint as one line of ours.
-[[noreturn]] void refuse(const CLI::ParseError& error, const std::string& command) {
-  std::string text = error.what();
-  text = text.substr(0, text.find('\n'));
-  const std::string unexpected = ": ";
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && text.find(unexpected) != std::string::npos)
-    text = text.substr(text.find(unexpected) + unexpected.size()) + ": not an option of polypic " + command;
-  refuse(text, "", "see polypic " + command + (command.empty() ? "" : " ") + "--help");
+// CLI11's complaint in our words.
+[[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
+  const std::string text = error.what(), hint = "see polypic " + name + " --help";
+  if (!command.remaining().empty()) refuse(command.remaining().front(), "not an option of polypic " + name, hint);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs a value", hint);
+  refuse(text.substr(0, text.find('\n')), "", hint);
 }
 
 }  // namespace
 
 Request parse_command_line(int count, const char* const* given) {
   const std::string first = count > 1 ? given[1] : "";
-  if (first.empty() || first == "help") return answer(help_text(count > 2 ? given[2] : ""));
-  const bool known = std::find(kCommands.begin(), kCommands.end(), first) != kCommands.end();
-  if (!known && first[0] != '-') refuse(first, "no such command", nearest_command(first));
+  if (first.empty() || first == "help" || first == "--help" || first == "-h") return answer(help_text(count > 2 ? given[2] : ""));
+  if (first == "--version") return answer(version_text());
+  if (first[0] == '-') refuse(first, "not an option of polypic", "see polypic --help");
+  if (std::find(kCommands.begin(), kCommands.end(), first) == kCommands.end()) refuse(first, "no such command", nearest_command(first));
 
   Request request;
+  request.command = first;
   Words words;
-  CLI::App program;
-  program.set_help_flag("-h,--help");
-  bool version = false;
-  program.add_flag("--version", version);
-  add_commands(program, request, words);
+  CLI::App command;
+  add_options(command, first, request, words);
   try {
-    program.parse(count, given);
+    command.parse(count - 1, given + 1);
   } catch (const CLI::CallForHelp&) {
-    return answer(help_text(known ? first : ""));
+    return answer(help_text(first));
   } catch (const CLI::ParseError& error) {
-    refuse(error, known ? first : "");
+    refuse(error, command, first);
   }
-  if (version) return answer(version_text());
-  if (known && request.command.empty()) request.command = first;
-  if (request.command.empty()) refuse(first, "no command", nearest_command(""));
-  if (!words.frames.empty()) request.frames = frames_from(words.frames);
-  if (!words.threads.empty()) {
-    const auto threads = count_in(words.threads, kMostThreads);
-    if (!threads) refuse("--threads " + words.threads, "must be a whole number from 1 to " + std::to_string(kMostThreads));
-    request.threads = static_cast<int>(*threads);
-  }
-  if (!words.quality.empty()) request.overrides.quality = words.quality;
-  if (!words.out.empty()) request.out = words.out;
+  request.overrides.quality = words.quality;
+  if (words.frames) request.frames = frames_from(*words.frames);
+  if (words.threads) request.threads = threads_from(*words.threads);
+  if (words.out && words.out->empty()) refuse("--out", "needs the name of a directory");
+  if (words.out) request.out = *words.out;
   return request;
 }
 

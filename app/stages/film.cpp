@@ -155,11 +155,13 @@ fs::path result_of(const Making& m) {
   return m.folder.outputs(m.order.stages.back(), 1).front().parent_path();
 }
 
-void begin(const Making& m, base::Progress& progress) {
+void check(const Making& m) {
   m.folder.remove_leftovers();
   check_same_shot(m);
   check_upstream(m);
-  if (m.order.restart) remove_for_restart(m);
+}
+
+void announce(const Making& m, base::Progress& progress) {
   const render::Options& picture = m.shot.render.options;
   std::string text = "shot   " + m.shot.name + "  " + frames_text(m.range.first, m.range.last);
   if (has(m.order, Stage::render) || has(m.order, Stage::preview)) text += "  " + std::to_string(picture.width) + "x" + std::to_string(picture.height);
@@ -174,8 +176,10 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   const Making m{shot, order, Folder(order.out), stage_hashes(shot), range_of(shot, order)};
   if (!fs::exists(m.folder.root())) check_upstream(m);   // no directory is made for a stage that cannot start
   const FolderLock lock(m.folder);
-  begin(m, progress);
-  PointsMaker points(shot, m.folder, m.hashes.simulate, has(order, Stage::simulate) ? m.range.last : 0);
+  check(m);
+  PointsMaker points(shot, m.folder, m.hashes.simulate, has(order, Stage::simulate) ? m.range.last : 0, order.restart);
+  announce(m, progress);
+  if (order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
   write_if_other(m.folder.shot(), shot.resolved);
 
   const auto document = [&] {

@@ -12,9 +12,9 @@
 
 namespace app {
 
-PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::int64_t last) : folder_(folder), hash_(std::move(hash)) {
+PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::int64_t last, bool anew) : folder_(folder), hash_(std::move(hash)) {
   for (std::int64_t frame = 1; frame <= last && !simulation_; ++frame)
-    if (!finished_record(folder, Stage::simulate, frame, hash_)) simulation_ = sim::make_simulation(shot.scene, shot.fps);
+    if (anew || !finished_record(folder, Stage::simulate, frame, hash_)) simulation_ = sim::make_simulation(shot.scene, shot.fps);
 }
 
 double PointsMaker::make(std::int64_t frame) {

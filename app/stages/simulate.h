@@ -14,8 +14,9 @@ namespace app {
 /// simulation start at frame 1, and what it recomputes must be what is there.
 class PointsMaker {
  public:
-  /// Seeds the scene when any frame of 1 ... `last` is missing; throws base::Error for a scene that cannot be simulated.
-  PointsMaker(const Shot&, const Folder&, std::string hash, std::int64_t last);
+  /// Seeds the scene when any frame of 1 ... `last` is missing, or all are wanted `anew`; throws base::Error for a scene that
+  /// cannot be simulated.
+  PointsMaker(const Shot&, const Folder&, std::string hash, std::int64_t last, bool anew);
   bool has_work() const { return simulation_ != nullptr; }
   /// Frames come in ascending order from 1, and only when there is work. Returns the seconds spent.
   double make(std::int64_t frame);
