@@ -1,0 +1,11 @@
+# The include rule, a run's directory, the built program from outside, and the launcher.
+polypic_test(includes LABEL fast LINK polypic_base)
+polypic_test(app_stages LABEL fast LINK polypic_app nlohmann_json::nlohmann_json)
+polypic_test(app_cli LABEL fast LINK polypic_app nlohmann_json::nlohmann_json)
+polypic_test(app_film LABEL slow LINK nlohmann_json::nlohmann_json polypic_options)
+foreach(name app_cli app_film)
+  target_compile_definitions(test_${name} PRIVATE POLYPIC_PROGRAM="$<TARGET_FILE:polypic>")
+  add_dependencies(test_${name} polypic)
+endforeach()
+add_test(NAME launcher COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/launcher.sh ${PROJECT_SOURCE_DIR})
+set_tests_properties(launcher PROPERTIES LABELS fast TIMEOUT 60)

@@ -1,0 +1,218 @@
+// What the program says to a mistake: the exit code, one line, and nothing written.
+#include <nlohmann/json.hpp>
+
+#include "app/commands/request.h"
+#include "base/error.h"
+#include "run_program.h"
+
+namespace {
+
+class CommandLine : public ProgramTest {
+ protected:
+  /// `words` must fail with `code` and one line that holds all of `parts`, and leave the folder as it is.
+  void expect_refusal(const std::vector<std::string>& words, int code, const std::vector<std::string>& parts) const {
+    const std::vector<std::string> before = files();
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit, code) << outcome.err;
+    EXPECT_EQ(outcome.complaints(), 1) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("polypic: ")) << outcome.err;
+    for (const std::string& part : parts) EXPECT_NE(outcome.err.find(part), std::string::npos) << "no " << part << " in " << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(files(), before);
+  }
+  /// The small shot with one line in place of another.
+  void write_changed(const std::string& from, const std::string& to) const {
+    std::string text = kSmallShot;
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    write("x.toml", text.replace(at, from.size(), to));
+  }
+};
+
+app::Request parse(std::vector<std::string> words) {
+  std::vector<const char*> arguments = {"polypic"};
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  return app::parse_command_line(static_cast<int>(arguments.size()), arguments.data());
+}
+
+/// The line a command line is refused with.
+std::string refusal(const std::vector<std::string>& words) {
+  try {
+    parse(words);
+    return "no error";
+  } catch (const base::Error& e) {
+    EXPECT_EQ(e.complaint().code, base::Exit::user);
+    return e.what();
+  }
+}
+
+}  // namespace
+
+TEST_F(CommandLine, NamesAShotThatIsMissing) { expect_refusal({"run", "shots/none.toml"}, 2, {"shots/none.toml: no such file"}); }
+
+TEST_F(CommandLine, GivesThePlaceOfASyntaxError) {
+  write_changed("fps = 24", "fps = = 24");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:4:"});
+}
+
+TEST_F(CommandLine, RefusesAnUnknownKeyWithItsPlace) {
+  write_changed("fps = 24", "colour = 1");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:4:1: shot.colour: unknown key"});
+}
+
+TEST_F(CommandLine, GuessesAMisspeltKey) {
+  write_changed("cell = 0.03", "cel = 0.03");
+  expect_refusal({"simulate", "x.toml"}, 2, {"x.toml:8:1: sim.cel: unknown key (did you mean sim.cell?)"});
+}
+
+TEST_F(CommandLine, RefusesAWrongType) {
+  write_changed("cell = 0.03", "cell = \"small\"");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:8:", "sim.cell", "small"});
+}
+
+TEST_F(CommandLine, RefusesAValueOutOfRange) {
+  write_changed("cell = 0.03", "cell = -1");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:8:", "sim.cell = -1 m: must be", "above 0"});
+}
+
+TEST_F(CommandLine, NamesTheNearestCellOfADomainThatIsNoMultiple) {
+  write_changed("cell = 0.03", "cell = 0.031");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:8:", "sim.cell", "0.03 m"});
+}
+
+TEST_F(CommandLine, RefusesAWordThatIsNoChoice) {
+  write_changed("kernel = \"linear\"", "kernel = \"cubic\"");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:10:", "sim.kernel", "cubic", "quadratic"});
+}
+
+TEST_F(CommandLine, RefusesAShapeThatIsNeitherBoxNorSphere) {
+  write_changed("shape = { box = [[0, 0, 0], [0.27, 0.3, 0.18]] }", "shape = {}");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:", "shape"});
+}
+
+TEST_F(CommandLine, RefusesAShotWithoutAParticle) {
+  write_changed("[[0, 0, 0], [0.27, 0.3, 0.18]]", "[[5, 5, 5], [6, 6, 6]]");
+  expect_refusal({"run", "x.toml"}, 2, {"body: no particle"});
+}
+
+TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"run", "x.toml", "--set", "sim.cell=-1"}, 2, {"--set sim.cell=-1", "above 0"});
+  expect_refusal({"run", "x.toml", "--set", "nonsense"}, 2, {"--set nonsense"});
+}
+
+TEST_F(CommandLine, RefusesAnUnknownRung) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"run", "x.toml", "--quality", "best"}, 2, {"best", "draft"});
+}
+
+TEST_F(CommandLine, SaysWhyAnOutputCannotBeWritten) {
+  write("x.toml", kSmallShot);
+  write("taken", "a file, not a folder");
+  expect_refusal({"run", "x.toml", "--out", "taken"}, 5, {"taken: Not a directory"});
+  expect_refusal({"run", "x.toml", "--out", "/proc/none"}, 5, {"/proc/none: "});
+}
+
+TEST_F(CommandLine, AsksForTheStageBefore) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"surface", "x.toml"}, 2, {"out/x/points/points.0001.vdb: no such file; run simulate first"});
+  expect_refusal({"render", "x.toml"}, 2, {"out/x/surface/surface.0001.vdb: no such file; run surface first"});
+  expect_refusal({"render", "x.toml", "--preview", "--frames", "7"}, 2, {"out/x/points/points.0007.vdb: no such file; run simulate first"});
+}
+
+TEST_F(CommandLine, RefusesOptionsThatAreNone) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"fly", "x.toml"}, 2, {"fly: no such command"});
+  expect_refusal({"run", "x.toml", "--fast"}, 2, {"--fast: not an option of polypic run"});
+  expect_refusal({"run", "run"}, 2, {"run: no such file"});   // a shot may be called as a command is
+}
+
+TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
+      {{"rum", "x.toml"}, "rum: no such command (did you mean run?)"},
+      {{"--fast"}, "--fast: not an option of polypic"},
+      {{"run"}, "SHOT is required (see polypic run --help)"},
+      {{"run", "x.toml", "y.toml"}, "y.toml: not an option of polypic run"},
+      {{"simulate", "x.toml", "--preview"}, "--preview: not an option of polypic simulate"},
+      {{"list", "--out", "x"}, "--out: not an option of polypic list"},
+      {{"run", "x.toml", "--out"}, "--out: needs a value"},
+      {{"run", "x.toml", "--out", ""}, "--out: needs the name of a directory"},
+  };
+  for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);
+  for (const std::string range : {"0", "0-2", "3-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})
+    EXPECT_EQ(refusal({"run", "x.toml", "--frames=" + range}), "--frames " + range + ": must be A or A-B, counted from 1");
+  for (const std::string threads : {"0", "-1", "many", "2.5", "5000"})
+    EXPECT_EQ(refusal({"run", "x.toml", "--threads=" + threads}), "--threads " + threads + ": must be a whole number from 1 to 4096");
+}
+
+TEST(Options, AreReadInAnyOrder) {
+  const app::Request request = parse({"run", "--set", "sim.cell=[1,2]", "x.toml", "--frames", "3-12", "--set=a=b c", "--threads", "2", "--quality", "draft", "--restart"});
+  EXPECT_EQ(request.command, "run");
+  EXPECT_EQ(request.subject, "x.toml");
+  EXPECT_EQ(request.overrides.sets, (std::vector<std::string>{"sim.cell=[1,2]", "a=b c"}));
+  EXPECT_EQ(request.overrides.quality, "draft");
+  ASSERT_TRUE(request.frames);
+  EXPECT_EQ(request.frames->first, 3);
+  EXPECT_EQ(request.frames->last, 12);
+  EXPECT_EQ(request.threads, 2);
+  EXPECT_TRUE(request.restart);
+  EXPECT_FALSE(request.out);
+  EXPECT_EQ(parse({"simulate", "x.toml", "--frames", "7"}).frames->first, 7);
+}
+
+TEST_F(CommandLine, RefusesFilesItCannotRead) {
+  write("note.txt", "words");
+  write("torn.vdb", "not a grid");
+  write("torn.exr", "not an image");
+  write("torn.json", "{\"schema\":");
+  write("other.json", "{\"schema\": 1}");
+  expect_refusal({"info", "none.vdb"}, 2, {"none.vdb: No such file"});
+  expect_refusal({"info", "."}, 2, {".: Is a directory"});
+  for (const std::string name : {"note.txt", "torn.vdb", "torn.exr", "torn.json", "other.json"}) expect_refusal({"info", name}, 2, {name + ": "});
+}
+
+TEST_F(CommandLine, TellsProgramsOfAnErrorInJson) {
+  write_changed("cell = 0.03", "cell = -1");
+  const Outcome outcome = run({"run", "x.toml", "--json"});
+  EXPECT_EQ(outcome.exit, 2);
+  EXPECT_EQ(outcome.complaints(), 1);
+  const auto error = nlohmann::json::parse(outcome.out).at("error");
+  EXPECT_EQ(error.at("code"), 2);
+  EXPECT_EQ(error.at("file"), "x.toml");
+  EXPECT_EQ(error.at("line"), 8);
+  EXPECT_EQ(error.at("key"), "sim.cell");
+}
+
+TEST_F(CommandLine, HelpNamesEveryCommandAndExitsWell) {
+  const Outcome outcome = run({"--help"});
+  EXPECT_EQ(outcome.exit, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(parse({}).text, outcome.out);
+  for (const std::string command : {"run", "simulate", "surface", "render", "list", "info", "params"}) {
+    EXPECT_NE(outcome.out.find("polypic " + command), std::string::npos) << command;
+    EXPECT_TRUE(parse({command, "--help"}).text.starts_with("polypic " + command)) << command;
+  }
+  EXPECT_TRUE(parse({"--version"}).text.starts_with("polypic "));
+}
+
+TEST_F(CommandLine, PrintsKeysByTopicAndAnExampleThatIsRead) {
+  const Outcome one = run({"params", "sim.cell"});
+  EXPECT_TRUE(one.out.starts_with("sim.cell")) << one.out;
+  EXPECT_EQ(std::count(one.out.begin(), one.out.end(), '\n'), 1);
+  const auto keys = nlohmann::json::parse(run({"params", "render", "--json"}).out).at("keys");
+  ASSERT_GT(keys.size(), 3u);
+  for (const auto& key : keys) EXPECT_TRUE(key.at("key").get<std::string>().starts_with("render.")) << key;
+  expect_refusal({"params", "sim.cel"}, 2, {"sim.cel: ", "did you mean sim.cell?"});
+
+  write("example.toml", run({"params", "--example"}).out);
+  expect_refusal({"surface", "example.toml"}, 2, {"out/example/points/points.0001.vdb: no such file"});   // read, then asked for its points
+}
+
+TEST_F(CommandLine, ListsShotsMaterialsAndLooks) {
+  const Outcome outcome = run({"list", "--json"});
+  ASSERT_EQ(outcome.exit, 0) << outcome.err;
+  const auto all = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(all.at("materials").at(0).at("name"), "water");
+  EXPECT_FALSE(all.at("looks").empty());
+  for (const auto& shot : all.at("shots")) EXPECT_NE(shot.at("description"), "") << shot;
+}

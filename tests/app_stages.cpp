@@ -1,0 +1,164 @@
+// A run's directory: which frames count as finished, and which files are the program's own.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/stages/folder.h"
+#include "app/stages/hash.h"
+#include "app/stages/interrupt.h"
+#include "app/stages/record.h"
+#include "base/error.h"
+#include "base/progress.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using app::Stage;
+
+class RunFolder : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "polypic_run_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    root = pattern;
+  }
+  void TearDown() override { fs::remove_all(root); }
+  void write(const fs::path& file, const std::string& text) const {
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  app::Record record(Stage stage, const std::string& hash) const {
+    app::Record r;
+    r.stage = stage;
+    r.frame = 3;
+    r.hash = hash;
+    r.seconds = 1.5;
+    r.passes["smooth"] = {2, 0.25, 100};
+    return r;
+  }
+  fs::path root;
+};
+
+}  // namespace
+
+TEST_F(RunFolder, FrameIsFinishedOnlyWithItsRecordItsKeysAndItsBytes) {
+  const app::Folder folder(root);
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "a"));
+  write(folder.surface(3), "level set");
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "a"));   // a file without its record
+  app::write_record(folder, record(Stage::surface, "a"));
+  const auto finished = app::finished_record(folder, Stage::surface, 3, "a");
+  ASSERT_TRUE(finished);
+  EXPECT_EQ(finished->passes.at("smooth").calls, 2);
+  EXPECT_EQ(finished->passes.at("smooth").seconds, 0.25);
+  EXPECT_EQ(finished->seconds, 1.5);
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "b"));   // other keys
+  write(folder.surface(3), "level");
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "a"));   // other bytes
+  write(folder.surface(3), "level set");
+  EXPECT_TRUE(app::finished_record(folder, Stage::surface, 3, "a"));
+  write(folder.record(Stage::surface, 3), "{\"schema\": 1, \"stage\"");
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "a"));   // a damaged record
+  fs::remove(folder.record(Stage::surface, 3));
+  EXPECT_FALSE(app::finished_record(folder, Stage::surface, 3, "a"));
+}
+
+TEST_F(RunFolder, RecordKeepsTheTotalsOfASimulation) {
+  const app::Folder folder(root);
+  write(folder.points(3), "points");
+  app::Record r = record(Stage::simulate, "a");
+  r.totals = sim::Totals{.time = 0.1, .substeps = 4, .particles = 9, .mass = 1 / 3.0, .linear_momentum = {1, -2, 1e-300}, .state_hash = 0xfedcba9876543210u};
+  app::write_record(folder, r);
+  const auto back = app::finished_record(folder, Stage::simulate, 3, "a");
+  ASSERT_TRUE(back && back->totals);
+  EXPECT_EQ(back->totals->mass, 1 / 3.0);
+  EXPECT_EQ(back->totals->linear_momentum, base::Vec3(1, -2, 1e-300));
+  EXPECT_EQ(back->totals->state_hash, 0xfedcba9876543210u);
+  EXPECT_EQ(back->totals->substeps, 4);
+}
+
+TEST_F(RunFolder, NumbersThatAreNotFiniteAreNeverWritten) {
+  const app::Folder folder(root);
+  write(folder.points(3), "points");
+  app::Record r = record(Stage::simulate, "a");
+  r.totals = sim::Totals{.kinetic_energy = std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_THROW(app::write_record(folder, r), std::logic_error);
+  EXPECT_FALSE(fs::exists(folder.record(Stage::simulate, 3)));
+}
+
+TEST_F(RunFolder, RemovesItsOwnFilesAndNoOther) {
+  const app::Folder folder(root);
+  const std::vector<fs::path> own = {folder.points(1), folder.points(12345), folder.record(Stage::simulate, 1)};
+  const std::vector<fs::path> others = {root / "points/points.1.vdb",  root / "points/points.0001.vdb.bak", root / "points/mypoints.0001.vdb",
+                                        root / "points/points.000a.vdb", root / "ledger/simulate.0001.txt", root / "notes.txt",
+                                        folder.surface(1),               folder.record(Stage::surface, 1),  folder.movie(Stage::render)};
+  for (const auto& list : {own, others})
+    for (const fs::path& file : list) write(file, "x");
+  folder.remove_files(Stage::simulate);
+  for (const fs::path& file : own) EXPECT_FALSE(fs::exists(file)) << file;
+  for (const fs::path& file : others) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+TEST_F(RunFolder, SweepsUpTemporaryFilesOfAKilledRun) {
+  const app::Folder folder(root);
+  const std::vector<fs::path> own = {root / "points/.points.0003.tmp77-0.vdb", root / ".movie.tmp77-4.mp4", root / "ledger/.render.0003.tmp1-12.json",
+                                     root / "images/.beauty.0003.tmp9-1.exr"};
+  const std::vector<fs::path> others = {root / ".hidden", root / "points/.points.swp", root / "images/.beauty.0003.exr"};
+  for (const auto& list : {own, others})
+    for (const fs::path& file : list) write(file, "x");
+  folder.remove_leftovers();
+  for (const fs::path& file : own) EXPECT_FALSE(fs::exists(file)) << file;
+  for (const fs::path& file : others) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+TEST_F(RunFolder, LockTurnsASecondOwnerAwayAndLeavesNoTraceOfAnEmptyRun) {
+  const app::Folder folder(root / "out/x");
+  {
+    const app::FolderLock lock(folder);
+    try {
+      const app::FolderLock second(folder);
+      FAIL() << "two owners";
+    } catch (const base::Error& e) {
+      EXPECT_EQ(e.complaint().code, base::Exit::user);
+      EXPECT_EQ(e.complaint().message, "in use by process " + std::to_string(getpid()));
+    }
+  }
+  EXPECT_TRUE(fs::is_empty(root));
+  {
+    const app::FolderLock again(folder);
+    write(folder.shot(), "x");
+  }
+  EXPECT_TRUE(fs::exists(folder.shot()));
+  EXPECT_FALSE(fs::exists(root / "out/x/.lock"));
+}
+
+TEST(Hash, IsFnv1aInSixteenDigits) {   // test vectors of the hash's authors
+  EXPECT_EQ(app::hex16(app::fnv1a("")), "cbf29ce484222325");
+  EXPECT_EQ(app::hex16(app::fnv1a("foobar")), "85944171f73967e8");
+  EXPECT_EQ(app::hex16(0x1f), "000000000000001f");
+}
+
+TEST(Progress, WritesOneLineAFrameWhereThereIsNoTerminal) {
+  std::FILE* file = std::tmpfile();
+  ASSERT_NE(file, nullptr);
+  {
+    base::Progress progress(file, /*quiet=*/false);
+    progress.line("shot   x");
+    progress.working(1, 12, "sim");
+    progress.finished(1, 12, {{"sim", 1.04}, {"surface", 0.4}});
+    progress.finished(12, 12, {{"sim", 61}});
+    base::Progress(file, /*quiet=*/true).line("nothing");
+  }
+  std::rewind(file);
+  char text[256] = {};
+  const std::size_t length = std::fread(text, 1, sizeof text - 1, file);
+  std::fclose(file);
+  EXPECT_EQ(std::string(text, length), "shot   x\nframe   1/12  sim 1.0 s  surface 0.40 s   16 s left\nframe  12/12  sim 61 s\n");
+}
+
+TEST(Progress, DurationsReadAsPeopleSayThem) {
+  for (const auto& [seconds, text] : {std::pair{0.004, "0.00 s"}, {0.42, "0.42 s"}, {9.94, "9.9 s"}, {12.0, "12 s"}, {246.0, "4.1 min"}, {5760.0, "96.0 min"}, {7200.0, "2.0 h"}})
+    EXPECT_EQ(base::duration_text(seconds), text);
+}

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# What ./polypic does around the program, with stand-ins for the commands that would change the machine. $1: the source tree.
+set -euo pipefail
+source_dir=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failures=0
+check() { # check NAME COMMAND...
+  local name=$1; shift
+  if "$@"; then echo "ok    $name"; else echo "FAIL  $name"; failures=$((failures + 1)); fi
+}
+
+# shellcheck disable=SC2016  # the stand-ins expand their own variables
+
+# A checkout that holds nothing but the launcher; PATH begins with stand-ins that write down how they were called.
+mkdir -p "$work/checkout/cmake" "$work/bin"
+cp "$source_dir/polypic" "$work/checkout/"
+cp "$source_dir/cmake/packages.txt" "$work/checkout/cmake/"
+calls=$work/calls
+stand_in() { printf '#!/bin/bash\necho "%s $*" >>%q\n%s\n' "$1" "$calls" "$2" >"$work/bin/$1"; chmod +x "$work/bin/$1"; }
+reset() {
+  : >"$calls"
+  rm -rf "$work/checkout/build"
+  stand_in apt-get 'exit 0'
+  stand_in sudo 'exit 1'
+  stand_in id 'echo 1000'
+  stand_in cmake 'echo "cmake: no such preset"; exit 1'
+  # dpkg-query: all is there but two.
+  stand_in dpkg-query 'for p in "$@"; do case $p in -*|*Status*) ;; g++|ffmpeg) echo "not-installed $p" ;; *) echo "installed $p" ;; esac; done'
+}
+launch() { code=0; PATH=$work/bin:$PATH "$work/checkout/polypic" "$@" </dev/null >"$work/out" 2>"$work/err" || code=$?; }
+said() { grep -qF -- "$1" "$work/err"; }
+called() { grep -qE -- "$1" "$calls"; }
+not() { ! "$@"; }
+
+reset; launch --version
+check "without root and sudo it exits 69" [ "$code" = 69 ]
+check "... and prints the line to run" said "apt-get install -y --no-install-recommends -o DPkg::Lock::Timeout=300 ffmpeg g++"
+check "... and calls no apt" not called '^apt-get'
+check "... and says nothing on standard output" [ ! -s "$work/out" ]
+
+reset; stand_in sudo 'exit 0'; launch --version
+check "with sudo it installs the missing packages only" called '^sudo -n env DEBIAN_FRONTEND=noninteractive apt-get install .* ffmpeg g\+\+$'
+
+reset; stand_in id 'echo 0'; launch --version
+check "root needs no sudo" not called '^sudo'
+check "... and installs" called '^apt-get install .* ffmpeg g\+\+$'
+check "a build that fails exits 69" [ "$code" = 69 ]
+check "... with the end of the log" said "cmake: no such preset"
+check "... and its path" said "$work/checkout/build/release/build.log"
+
+reset; stand_in id 'echo 0'; stand_in apt-get 'echo "no network"; exit 100'; launch --version
+check "packages that cannot be had exit 69" [ "$code" = 69 ]
+check "... with apt's reason" said "no network"
+
+reset; stand_in dpkg-query 'for p in "$@"; do case $p in -*|*Status*) ;; *) echo "installed $p" ;; esac; done'; launch --version
+check "no apt call when everything is there" not called '^(apt-get|sudo)'
+
+reset; launch test --fast
+check "an option that is none exits 2" [ "$code" = 2 ]
+
+# A program that is up to date is started without asking anything of the machine.
+reset
+mkdir -p "$work/checkout/build/release/app"
+printf '#!/bin/bash\necho "program $*"; exit 6\n' >"$work/checkout/build/release/app/polypic"
+chmod +x "$work/checkout/build/release/app/polypic"
+touch "$work/checkout/build/release/.built"
+start=$(date +%s%N); launch info "a b"; took=$((($(date +%s%N) - start) / 1000000))
+check "a program that is up to date is started at once ($took ms)" [ "$took" -lt 300 ]
+check "... with its arguments" grep -qx 'program info a b' "$work/out"
+check "... and its exit code" [ "$code" = 6 ]
+check "... and without other programs" [ ! -s "$calls" ]
+stand_in id 'echo 0'; sleep 0.01; touch "$work/checkout/cmake/packages.txt"; launch info
+check "a newer source is built first" called '^cmake'
+
+[ "$failures" = 0 ]
