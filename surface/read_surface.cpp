@@ -1,6 +1,9 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 
+#include <bit>
+#include <map>
+
 #include "base/error.h"
 #include "base/parallel.h"
 #include "surface/files/vdb_file.h"
@@ -15,6 +18,26 @@ using base::Vec3f;
 using openvdb::Vec3d;
 
 Vec3f to_eigen(const openvdb::Vec3f& v) { return {v[0], v[1], v[2]}; }
+
+/// Quads that lie on a wall get vertices of their own where the wall's normal differs: the edge to the free surface is sharp.
+void split_edges(const std::vector<std::uint8_t>& walls, Mesh& mesh) {
+  std::map<std::pair<std::uint32_t, int>, std::uint32_t> copies;   // of a vertex, for a wall
+  for (auto& quad : mesh.quads) {
+    const auto common = static_cast<std::uint8_t>(walls[quad[0]] & walls[quad[1]] & walls[quad[2]] & walls[quad[3]]);
+    if (common == 0) continue;
+    const Vec3f normal = mesh::wall_normal(common);
+    for (std::uint32_t& v : quad) {
+      if (mesh.normal[v] == normal) continue;
+      const auto [copy, fresh] = copies.try_emplace({v, std::countr_zero(common)}, static_cast<std::uint32_t>(mesh.position.size()));
+      if (fresh) {
+        mesh.position.push_back(Vec3f(mesh.position[v]));
+        mesh.velocity.push_back(Vec3f(mesh.velocity[v]));
+        mesh.normal.push_back(normal);
+      }
+      v = copy->second;
+    }
+  }
+}
 
 }  // namespace
 
@@ -31,12 +54,14 @@ Mesh read_surface(const std::filesystem::path& path, const Options& options, bas
   result.position.resize(quads.points.size());
   result.normal.resize(quads.points.size());
   result.velocity.assign(quads.points.size(), Vec3f::Zero());
+  std::vector<std::uint8_t> on(quads.points.size());   // walls of each vertex
   base::parallel_chunks(quads.points.size(), 4096, [&](std::size_t begin, std::size_t end) {
     const mesh::Level level_at(*level, walls);
     for (std::size_t v = begin; v < end; ++v) {
       const mesh::Vertex vertex = level_at.vertex(level->worldToIndex(Vec3d(quads.points[v])));
       result.position[v] = to_eigen(openvdb::Vec3f(level->indexToWorld(vertex.position)));
       result.normal[v] = vertex.normal;
+      on[v] = vertex.walls;
     }
     if (!velocity) return;
     const auto velocity_at = velocity->getConstAccessor();
@@ -45,6 +70,7 @@ Mesh read_surface(const std::filesystem::path& path, const Options& options, bas
   });
   result.quads.reserve(quads.quads.size());
   for (const openvdb::Vec4I& q : quads.quads) result.quads.push_back({q[0], q[1], q[2], q[3]});
+  split_edges(on, result);
   return result;
 }
 

@@ -37,7 +37,8 @@ sim::Frame read_points(const std::filesystem::path&);
 /// FloatGrid "surface" (level set, half, Blosc) and Vec3 grid `vel_name` in m/s. Atomic. A frame without particles gives empty grids.
 void write_surface(const std::filesystem::path&, const sim::Frame&, const Options&, const Room&, base::Ledger&);
 
-/// The zero set as quads with smooth normals; world metres, counter-clockwise seen from outside.
+/// The zero set as quads with smooth normals; world metres, counter-clockwise seen from outside. Where a wall cuts the free
+/// surface two vertices share a place, one with each normal.
 struct Mesh {
   std::vector<base::Vec3f> position, normal, velocity;  // one each a vertex; velocity [m/s]
   std::vector<std::array<std::uint32_t, 4>> quads;      // a triangle repeats its last vertex

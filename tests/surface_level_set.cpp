@@ -96,7 +96,7 @@ TEST(LevelSet, IsCutFlatAtTheWallsAndHalfAVoxelBelowTheFloor) {
     for (std::size_t p = 0; p < 5; ++p)
       if (all(int(p) / 2, planes[p])) area[p] += vector_area(mesh, q).norm();
   }
-  const double margin = 2.5 * kVoxel;   // quads at the corners of the body are bevelled
+  const double margin = 1.5 * kVoxel;
   const double width[4] = {0.6, 0.6, 0.8, 0.8};
   for (std::size_t p = 0; p < 4; ++p) {
     EXPECT_GT(area[p], (width[p] - margin) * (0.3 - margin)) << p;

@@ -18,17 +18,36 @@ sim::Frame tank_with_ball_and_drop() {
 
 }  // namespace
 
+// Vertices at the same place count as one: at a wall there are two, with different normals.
 TEST(Mesh, EachEdgeIsSharedByTwoQuadsInOppositeDirections) {
   const surface::Mesh mesh = mesh_of(tank_with_ball_and_drop());
   ASSERT_GT(mesh.quads.size(), 10000u);
+  std::map<std::array<float, 3>, std::uint32_t> places;
+  std::vector<std::uint32_t> place;
+  for (const Vec3f& x : mesh.position) place.push_back(places.try_emplace({x[0], x[1], x[2]}, std::uint32_t(places.size())).first->second);
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> times;
   for (const auto& q : mesh.quads)
     for (std::size_t i = 0; i < 4; ++i)
-      if (q[i] != q[(i + 1) % 4]) ++times[{q[i], q[(i + 1) % 4]}];
+      if (q[i] != q[(i + 1) % 4]) ++times[{place[q[i]], place[q[(i + 1) % 4]]}];
   for (const auto& [edge, n] : times) {
     EXPECT_EQ(n, 1);
     EXPECT_EQ(times.count({edge.second, edge.first}), 1u);
   }
+}
+
+TEST(Mesh, EdgeAtAWallIsSharp) {
+  const surface::Mesh mesh = mesh_of(tank(0.3));
+  double low = 1, high = 0;
+  int seen = 0;
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    const Vec3f& x = mesh.position[v];
+    if (x[0] != 0 || x[2] < 0.28f || x[1] < 0.03f || x[1] > 0.57f || mesh.normal[v][2] < 0.5f) continue;
+    low = std::min(low, double(x[2])), high = std::max(high, double(x[2]));
+    ++seen;
+  }
+  EXPECT_GT(seen, 40);
+  EXPECT_GT(low, 0.3 - 0.3 * kVoxel);    // as rough as the surface itself
+  EXPECT_LT(high, 0.3 + 0.3 * kVoxel);
 }
 
 TEST(Mesh, FacesOutwards) {

@@ -1,6 +1,7 @@
 #include "surface/mesh/walls.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace surface::mesh {
@@ -10,7 +11,9 @@ using base::Vec3f;
 using openvdb::Coord;
 using openvdb::Vec3d;
 
-constexpr double kOn = 1e-3;   // [voxels] nearer than this is on the wall
+constexpr double kOn = 1e-3;       // [voxels] nearer than this is on the wall
+constexpr float kHidden = 3;       // [voxels] the band: further from a wall nothing is hidden
+constexpr float kShown = 0.01f;    // [voxels] a value this far above the box's own is the free surface's
 
 /// Weights of the eight voxels around x, visited as visit(voxel, weight).
 template <class Visit>
@@ -31,17 +34,27 @@ std::optional<Walls> walls_of(const openvdb::FloatGrid& grid) {
   return Walls{grid.worldToIndex(lower->value()), grid.worldToIndex(upper->value())};
 }
 
-/// [voxels] within a voxel of a wall the cut hides the free surface: continued in a straight line from further inside.
+/// [voxels] negative inside the cut box.
+float Level::box(const Coord& c) const {
+  double d = -1e9;
+  for (int a = 0; a < 3; ++a) d = std::max({d, walls_->lower[a] - c[a], c[a] - walls_->upper[a]});
+  return float(d);
+}
+
+/// [voxels] Near a wall the cut hides the free surface; it is continued from the first voxels inwards that show it.
 float Level::value(const Coord& c) const {
-  if (walls_)
-    for (int a = 0; a < 3; ++a) {
-      const int inward = c[a] - walls_->lower[a] < 1 - kOn ? 1 : walls_->upper[a] - c[a] < 1 - kOn ? -1 : 0;
-      if (inward == 0 || walls_->upper[a] - walls_->lower[a] < 8) continue;
-      Coord one = c, two = c;
-      one[a] += inward, two[a] += 2 * inward;
-      return 2 * value(one) - value(two);
-    }
-  return values_.getValue(c) / voxel_;
+  const float own = values_.getValue(c) / voxel_;
+  if (!walls_ || box(c) < -kHidden || (own > box(c) + kShown && box(c) < -1 + kOn)) return own;
+  Coord inward;
+  for (int a = 0; a < 3; ++a) inward[a] = c[a] - walls_->lower[a] < 1 - kOn ? 1 : walls_->upper[a] - c[a] < 1 - kOn ? -1 : 0;
+  if (inward == Coord(0)) return own;
+  for (int step = 1; step <= int(kHidden); ++step) {
+    const Coord at(c[0] + step * inward[0], c[1] + step * inward[1], c[2] + step * inward[2]), next = at + inward;
+    const float v = values_.getValue(at) / voxel_, w = values_.getValue(next) / voxel_;
+    if (v <= box(at) + kShown) continue;
+    return step == 1 && w > box(next) + kShown ? 2 * v - w : v;
+  }
+  return -kHidden;
 }
 
 float Level::value(const Vec3d& x) const {
@@ -63,28 +76,38 @@ Vec3f Level::gradient(const Vec3d& x) const {
 }
 
 Vertex Level::vertex(const Vec3d& x) const {
-  std::array<bool, 3> beside = {};   // less than a voxel from a wall
+  std::array<bool, 3> beside = {};   // in the mesher's cell that the wall cuts or bounds
+  std::uint8_t on = 0;
   Vec3d moved = x, outward(0.0);
   bool edge = false;
   for (int a = 0; walls_ && a < 3; ++a)
-    for (const double at : {walls_->lower[a], walls_->upper[a]}) {
-      const double off = std::fabs(x[a] - at);
-      if (off >= 1) continue;
+    for (int side = 0; side < 2; ++side) {
+      const double at = side == 0 ? walls_->lower[a] : walls_->upper[a], off = std::fabs(x[a] - at);
+      const bool in_cell = side == 0 ? x[a] < std::floor(at + kOn) + 1 - kOn : x[a] > std::ceil(at - kOn) - 1 + kOn;
+      if (!in_cell) continue;
       beside[std::size_t(a)] = true;
-      outward[a] = at == walls_->lower[a] ? -1 : 1;
+      on = static_cast<std::uint8_t>(on | 1 << (2 * a + side));
+      outward[a] = side == 0 ? -1 : 1;
       edge = edge || off > kOn;
       moved[a] = at;
     }
   const Vec3f wall = Vec3f(float(outward[0]), float(outward[1]), float(outward[2])).stableNormalized();
-  if (!edge) return {x, outward == Vec3d(0.0) ? gradient(x).stableNormalized() : wall};
+  if (!edge) return {moved, on == 0 ? gradient(x).stableNormalized() : wall, on};
   const float inside = value(moved);
-  if (inside < -1.5f) return {moved, wall};   // walls meet here, under water
+  if (inside < -1) return {moved, wall, on};   // walls meet here, under water
   const Vec3f normal = gradient(moved).stableNormalized();
   const Vec3d along(beside[0] ? 0 : normal[0], beside[1] ? 0 : normal[1], beside[2] ? 0 : normal[2]);
-  if (along.lengthSqr() < 0.1) return {x, normal};   // the surface runs along the wall: there is no edge to find
+  if (along.lengthSqr() < 0.1) return {x, normal, 0};   // the surface runs along the wall: there is no edge to find
   moved -= along * std::clamp(double(inside) / along.lengthSqr(), -0.75, 0.75);
   for (int a = 0; a < 3; ++a) moved[a] = std::clamp(moved[a], walls_->lower[a], walls_->upper[a]);
-  return {moved, normal};
+  return {moved, normal, on};
+}
+
+base::Vec3f wall_normal(std::uint8_t common) {
+  Vec3f normal = Vec3f::Zero();
+  const int bit = std::countr_zero(common);
+  normal[bit / 2] = bit % 2 == 0 ? -1.0f : 1.0f;
+  return normal;
 }
 
 }  // namespace surface::mesh

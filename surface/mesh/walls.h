@@ -18,11 +18,16 @@ struct Walls {
 /// From the metadata cut_lower and cut_upper [m]; none for a file that others made.
 std::optional<Walls> walls_of(const openvdb::FloatGrid&);
 
-/// A vertex in index space and the free surface's normal there, or the wall's where it lies on a wall.
+/// A vertex in index space, the free surface's normal there or the wall's where only a wall is, and the walls it lies on:
+/// bit 2 a for the lower wall of axis a, bit 2 a + 1 for the upper.
 struct Vertex {
   openvdb::Vec3d position;
   base::Vec3f normal;
+  std::uint8_t walls;
 };
+
+/// The outward normal of a wall that all four vertices of a quad lie on, given what their `walls` have in common.
+base::Vec3f wall_normal(std::uint8_t common);
 
 /// Level set seen from one thread.
 class Level {
@@ -31,6 +36,7 @@ class Level {
   Vertex vertex(const openvdb::Vec3d& x) const;
 
  private:
+  float box(const openvdb::Coord&) const;
   float value(const openvdb::Coord&) const;
   float value(const openvdb::Vec3d&) const;
   base::Vec3f gradient(const openvdb::Vec3d&) const;
