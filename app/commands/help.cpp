@@ -27,7 +27,7 @@ constexpr std::string_view kShotOptions = R"(
   --out DIR           the run's directory (default: out/NAME, NAME being the shot's file name)
   --frames A-B, or A  these frames only; B may go past the shot's last. A simulation starts at frame 1
   --set KEY=VALUE     changes a key of the shot, as often as you like: --set sim.cell=0.01
-  --quality Q         draft, normal, high or extreme
+  --quality Q         draft or normal
   --threads N         default: all cores. The result is the same for any number
   --restart           forgets what this command and those after it have made, and makes it anew
   --quiet             no progress
