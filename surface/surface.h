@@ -17,7 +17,7 @@ namespace surface {
 /// The keys of [surface].
 struct Options {
   std::optional<double> voxel;    // [m] half of sim.cell when unset
-  std::optional<double> radius;   // [m] of a particle's sphere
+  std::optional<double> radius;   // [m] of a particle's sphere; 0.98 of the particle spacing when unset
   std::int64_t smooth = 8;        // passes
   std::string vel_name = "vel";   // name of the velocity grid
   void params(base::Params&);

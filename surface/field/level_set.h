@@ -9,7 +9,7 @@ namespace surface::field {
 /// How much company each particle has, from the density of particles around it: 0 on its own, 1 at the surface of a body.
 std::vector<float> company(const Cloud&, const Blocks&, const Scale&);
 
-/// Averaged spheres [Zhu05 eq 3]: |x - mean of the particles near x| - radius, weights (1 - s^2)^3. Not inside further than
+/// Averaged spheres [ZhuBridson05]: |x - mean of the particles near x| - radius, weights (1 - s^2)^3. Not inside further than
 /// `scale.gap` from every particle, so that water on two sides does not fill the air between; and a particle on its own keeps
 /// its drop, whatever passes by.
 /// `limit` is how far smoothing may move the surface there: drops and sheets less than bodies, or it would swallow them.
