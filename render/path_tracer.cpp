@@ -71,7 +71,7 @@ struct PathTracer::Impl {
 
 void PathTracer::Impl::pixel(const sampling::Sequence& sequence, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const {
   const trace::Integrator integrator(scene, geometry);
-  sampling::PixelSampler points(sequence, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+  const sampling::PixelSampler points(sequence, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
   const Vec3f forward = view.forward.cast<float>();
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float depth = 0;
@@ -114,7 +114,7 @@ Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Led
   Image image{.width = m.options.width, .height = m.options.height, .channels = kChannels, .pixels = {}};
   image.pixels.resize(static_cast<std::size_t>(image.width * image.height) * kChannels.size());
   const auto pass = ledger.pass("trace", static_cast<std::int64_t>(image.pixels.size() * sizeof(float)));
-  const sampling::Sequence sequence(image.width, image.height, m.options.spp, frame);
+  const sampling::Sequence sequence(m.options.spp, frame);
   m.arena.execute([&] { tbb::parallel_for(std::int64_t{0}, m.tiles(), [&](std::int64_t number) { m.tile(sequence, number, frame, image); }); });
   return image;
 }

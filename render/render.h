@@ -38,7 +38,7 @@ struct Camera {
 
 /// [[light]]. Lights that a shot names replace the default ones: a shot that names no sky has a black one.
 struct Light {
-  std::string kind = "area";                                // "area": a rectangle that shines to one side | "sky": gradient
+  std::string kind = "area";                                // "area": a rectangle that shines to one side and blocks nothing | "sky": gradient
   base::Vec3 position = base::Vec3(0, 0, 3), target = base::Vec3(0, 0, 0);  // [m] area: centre, and where it faces
   double width = 1, height = 1;                             // [m] area
   base::Vec3 color = base::Vec3(1, 1, 1);                   // sky: at the zenith

@@ -5,7 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -78,7 +78,11 @@ struct Geometry::Impl {
   /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
   Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
     const auto& q = quads[quad];
-    return ((1 - u) * (1 - v) * normals[q[0]] + u * (1 - v) * normals[q[1]] + u * v * normals[q[2]] + (1 - u) * v * normals[q[3]]).normalized();
+    Vec3f n = ((1 - u) * (1 - v)) * normals[q[0]];
+    n += (u * (1 - v)) * normals[q[1]];
+    n += (u * v) * normals[q[2]];
+    n += ((1 - u) * v) * normals[q[3]];
+    return n / std::sqrt(n.squaredNorm());
   }
   void attach(RTCGeometry geometry, unsigned number, bool dielectric);
   static void pass_through(const RTCFilterFunctionNArguments*);
@@ -90,6 +94,18 @@ struct Geometry::Impl {
   std::vector<std::array<std::uint32_t, 4>> quads;
   RTCScene scene;
   bool has_liquid = false;
+  Vec3f lower = Vec3f::Zero(), upper = Vec3f::Zero();  // bounds of all
+
+  /// Whether the ray passes the bounds of all: most rays from the open ground do not, and need no traversal.
+  bool near(const Ray& ray, float far) const {
+    float enter = 0, leave = far;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float inverse = 1 / ray.direction[axis], a = (lower[axis] - ray.origin[axis]) * inverse, b = (upper[axis] - ray.origin[axis]) * inverse;
+      enter = std::max(enter, std::min(a, b));  // a NaN (a ray in a face's plane) leaves enter and leave as they are
+      leave = std::min(leave, std::max(a, b));
+    }
+    return enter <= leave;
+  }
 };
 
 /// A shadow ray on its way.
@@ -150,10 +166,18 @@ void Geometry::set_liquid(const surface::Mesh& mesh) {
   tbb::task_arena alone(1);
   alone.execute([&] { rtcJoinCommitScene(m.scene); });
   m.device.check("hierarchy");
+  RTCBounds b;
+  rtcGetSceneBounds(m.scene, &b);
+  m.lower = Vec3f(b.lower_x, b.lower_y, b.lower_z);
+  m.upper = Vec3f(b.upper_x, b.upper_y, b.upper_z);
+  const Vec3f margin = Vec3f::Constant(1e-4f * (m.upper - m.lower).cwiseAbs().maxCoeff());  // more than round-off, and than an empty room's infinities
+  m.lower -= margin;
+  m.upper += margin;
 }
 
 bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) const {
   const Impl& m = *impl_;
+  if (!m.near(ray, far)) return false;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (primary) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -171,6 +195,7 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
 }
 
 bool Geometry::occluded(const Ray& ray, float far) const {
+  if (!impl_->near(ray, far)) return false;
   Impl::ShadowRay context;
   rtcInitIntersectContext(&context.embree);
   RTCRay query = embree_ray(ray, far);
@@ -179,6 +204,7 @@ bool Geometry::occluded(const Ray& ray, float far) const {
 }
 
 Passage Geometry::straight(const Ray& ray, float far) const {
+  if (!impl_->near(ray, far)) return {};
   Impl::ShadowRay context;
   rtcInitIntersectContext(&context.embree);
   context.straight = impl_.get();

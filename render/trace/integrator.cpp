@@ -13,6 +13,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kBranches = 2;                       // most paths that wait at a time
 constexpr std::uint32_t kDimensionsAtSurface = 3;  // light, direction, choice
 constexpr std::uint32_t kReflectionDimensions = 16;
+constexpr float kWeightThatMatters = 0.2f;         // Russian roulette starts below
 constexpr std::uint32_t kDimensionsOfLight = 4096;  // from one area light to the next
 
 /// Power heuristic for a sample of density p where another technique would have had density q.
@@ -39,7 +40,7 @@ Vec3f keep_on_side(const Vec3f& direction, const Vec3f& normal) {
 }  // namespace
 
 struct Integrator::Work {
-  sampling::PixelSampler& points;
+  const sampling::PixelSampler& points;
   std::uint32_t sample;
   FirstHit& first;
   Vec3f sum = Vec3f::Zero();
@@ -47,7 +48,7 @@ struct Integrator::Work {
   int count = 0;
 };
 
-Vec3f Integrator::radiance(const Ray& camera, sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const {
+Vec3f Integrator::radiance(const Ray& camera, const sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const {
   Work work{.points = points, .sample = sample, .first = first};
   work.waiting[0].ray = camera;
   work.count = 1;
@@ -74,7 +75,7 @@ bool Integrator::step(Path& path, Work& work) const {
   Hit hit;
   const bool found = geometry_.intersect(ray, to_ground, path.surfaces == 0, hit);
   const float t = found ? hit.t : to_ground;
-  if (meets_light(path, t, work)) return false;
+  pass_lights(path, t, work);
   if (t == kFar) {
     work.sum += path.weight.cwiseProduct(scene_.sky.radiance(ray.direction));
     return false;
@@ -83,19 +84,17 @@ bool Integrator::step(Path& path, Work& work) const {
   return found ? meets_surface(path, hit, work) : meets_ground(path, t, work);
 }
 
-bool Integrator::meets_light(Path& path, float t, Work& work) const {
+void Integrator::pass_lights(const Path& path, float t, Work& work) const {
+  if (scene_.straight && path.scattered > 0 && path.density == 0) return;  // counted by a straight shadow ray
   for (const AreaLight& light : scene_.lights) {
     float cosine;
     const float distance = distance_to(light, path.ray, cosine);
     if (distance >= t) continue;
-    const bool counted_before = scene_.straight && path.scattered > 0 && path.density == 0;
-    if (counted_before) return true;
-    absorb(path, distance);
+    Path there = path;
+    absorb(there, distance);
     const float weight = path.density > 0 ? heuristic(path.density, distance * distance / (cosine * light.area)) : 1;
-    work.sum += weight * path.weight.cwiseProduct(light.radiance);
-    return true;
+    work.sum += weight * there.weight.cwiseProduct(light.radiance);
   }
-  return false;
 }
 
 bool Integrator::meets_ground(Path& path, float t, Work& work) const {
@@ -132,13 +131,13 @@ bool Integrator::meets_diffuse(Path& path, const Vec3f& point, const Vec3f& geom
     work.sum += path.weight.cwiseProduct(direct(light, from, shading, work.points.point(work.sample, dimension)));
     dimension += kDimensionsOfLight;
   }
-  float cosine;
-  const Vec3f direction = cosine_direction(shading, work.points.point(work.sample, path.dimension + 1), cosine);
-  if (path.scattered > 1) {  // the first is never ended by chance: it carries most of the sky's light
-    const float go_on = std::min(0.95f, path.weight.maxCoeff() / path.compression);
+  const float go_on = path.weight.maxCoeff() / path.compression / kWeightThatMatters;
+  if (go_on < 1) {
     if (work.points.point(work.sample, path.dimension + 2).x >= go_on) return false;
     path.weight /= go_on;
   }
+  float cosine;
+  const Vec3f direction = cosine_direction(shading, work.points.point(work.sample, path.dimension + 1), cosine);
   path.dimension += kDimensionsAtSurface;
   path.density = cosine / kPi;
   path.ray = {from, direction.normalized()};

@@ -24,7 +24,7 @@ class Integrator {
   Integrator(const Scene& scene, const Geometry& geometry) : scene_(scene), geometry_(geometry) {}
 
   /// Radiance of one sample; dimensions from 1 of `points` are used.
-  Vec3f radiance(const Ray& camera, sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const;
+  Vec3f radiance(const Ray& camera, const sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const;
 
  private:
   /// What a ray flies through. A solid has precedence over the liquid that it displaces.
@@ -45,7 +45,7 @@ class Integrator {
   struct Work;  // one sample: result, points, branches waiting
 
   bool step(Path&, Work&) const;
-  bool meets_light(Path&, float t, Work&) const;
+  void pass_lights(const Path&, float t, Work&) const;
   bool meets_ground(Path&, float t, Work&) const;
   bool meets_surface(Path&, const Hit&, Work&) const;
   bool meets_diffuse(Path&, const Vec3f& point, const Vec3f& geometric, const Vec3f& shading, const Vec3f& color, Work&) const;

@@ -32,18 +32,10 @@ inline Vec3f refract(const Vec3f& d, const Vec3f& n, float cos_i, float cos_t, f
 
 /// Direction about `n` with density cos / pi.
 inline Vec3f cosine_direction(const Vec3f& n, sampling::Point u, float& cosine) {
-  // Shirley and Chiu's concentric disc
-  const float a = 2 * u.x - 1, b = 2 * u.y - 1;
-  float r, phi;
-  if (std::abs(a) > std::abs(b)) {
-    r = a;
-    phi = std::numbers::pi_v<float> / 4 * (b / a);
-  } else {
-    r = b;
-    phi = b == 0 ? 0 : std::numbers::pi_v<float> / 2 - std::numbers::pi_v<float> / 4 * (a / b);
-  }
+  // Polar, not concentric: sky and total reflection depend on the height above the horizon first, which u.x alone then stratifies.
+  const float r = std::sqrt(u.x), phi = 2 * std::numbers::pi_v<float> * u.y;
   const float x = r * std::cos(phi), y = r * std::sin(phi);
-  cosine = std::sqrt(std::max(0.0f, 1 - r * r));
+  cosine = std::sqrt(std::max(0.0f, 1 - u.x));
   // a basis without a branch on which axis is longest [Duff17]
   const float sign = std::copysign(1.0f, n.z()), p = -1 / (sign + n.z()), q = n.x() * n.y() * p;
   const Vec3f s(1 + sign * n.x() * n.x() * p, sign * q, -sign * n.x()), t(q, sign + n.y() * n.y() * p, -n.y());

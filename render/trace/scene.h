@@ -8,7 +8,8 @@
 
 namespace render::trace {
 
-/// A rectangle that shines to the side its normal points to.
+/// A rectangle that shines to the side its normal points to. It blocks nothing: the sky behind it adds to its light, and a ray that
+/// finds one instead of the other makes no noise.
 struct AreaLight {
   Vec3f middle, u, v;  // [m] half sides, orthogonal
   Vec3f normal;        // unit
