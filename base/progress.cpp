@@ -57,7 +57,7 @@ void Progress::line(std::string_view text) {
 }
 
 void Progress::working(std::int64_t frame, std::int64_t last, std::string_view stage) {
-  if (terminal_ && !quiet_) draw_bar(frame, last, last_tail_.empty() ? std::string(stage) : last_tail_ + "  " + std::string(stage));
+  if (terminal_ && !quiet_) draw_bar(frame, frame - 1, last, last_tail_.empty() ? std::string(stage) : last_tail_ + "  " + std::string(stage));
 }
 
 void Progress::finished(std::int64_t frame, std::int64_t last, const StageSeconds& spent) {
@@ -68,12 +68,12 @@ void Progress::finished(std::int64_t frame, std::int64_t last, const StageSecond
   if (frame < last) tail += "   " + time_left(last - frame);
   last_tail_ = tail;
   if (quiet_) return;
-  if (terminal_) draw_bar(frame, last, tail);
+  if (terminal_) draw_bar(frame, frame, last, tail);
   else line(place(frame, last) + "  " + tail);
 }
 
-void Progress::draw_bar(std::int64_t frame, std::int64_t last, const std::string& tail) {
-  const std::string text = place(frame, last) + "  " + bar(frame, last) + "  " + tail;
+void Progress::draw_bar(std::int64_t frame, std::int64_t done, std::int64_t last, const std::string& tail) {
+  const std::string text = place(frame, last) + "  " + bar(done, last) + "  " + tail;
   std::fprintf(out_, "\r\033[K%s", text.substr(0, terminal_width(out_) - 1).c_str());
   std::fflush(out_);
   bar_open_ = true;

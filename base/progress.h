@@ -32,7 +32,7 @@ class Progress {
   void finished(std::int64_t frame, std::int64_t last, const StageSeconds& spent);
 
  private:
-  void draw_bar(std::int64_t frame, std::int64_t last, const std::string& tail);
+  void draw_bar(std::int64_t frame, std::int64_t done, std::int64_t last, const std::string& tail);
   void clear_bar();
   std::string time_left(std::int64_t frames) const;
 
