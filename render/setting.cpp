@@ -30,7 +30,7 @@ std::map<std::string, Look> shipped_looks() {
   looks["glass"] = {.model = "dielectric", .ior = 1.5, .absorption = base::Vec3(0.6, 0.25, 0.45)};
   looks["plaster"] = {.color = base::Vec3(0.72, 0.66, 0.58)};
   looks["slate"] = {.color = base::Vec3(0.075, 0.085, 0.1)};
-  looks["ground"] = {.color = base::Vec3(0.56, 0.56, 0.55)};
+  looks["ground"] = {.color = base::Vec3(0.60, 0.59, 0.57)};
   return looks;
 }
 
@@ -63,12 +63,11 @@ void Light::params(base::Params& p) {
 std::vector<Light> default_lights(const base::Box& domain) {
   const base::Vec3 middle = 0.5 * (domain.lower + domain.upper);
   const double reach = 0.5 * domain.size().norm();
-  Light sky{.kind = "sky", .color = base::Vec3(0.40, 0.52, 0.72), .horizon = base::Vec3(0.62, 0.64, 0.67), .intensity = 0.55};
-  Light key{.kind = "area", .color = base::Vec3(1, 0.93, 0.82), .intensity = 9};
+  Light sky{.kind = "sky", .color = base::Vec3(0.48, 0.58, 0.74), .horizon = base::Vec3(0.26, 0.275, 0.295), .intensity = 1};
+  Light key{.kind = "area", .color = base::Vec3(1, 0.94, 0.85), .intensity = 31};
   key.target = base::Vec3(middle.x(), middle.y(), domain.lower.z());
-  key.position = key.target + reach * base::Vec3(-1.3, -0.55, 2.2);
-  key.width = 1.1 * reach;
-  key.height = 1.1 * reach;
+  key.position = key.target + reach * base::Vec3(-1.15, 0.8, 2.3);  // behind the water as the default camera sees it: it shines through
+  key.width = key.height = 0.8 * reach;
   return {sky, key};
 }
 

@@ -7,7 +7,7 @@ namespace render::image {
 namespace {
 
 constexpr float kGrey = 0.18f;      // scene-linear value that keeps its place
-constexpr float kContrast = 1.35f;  // slope in log-log at the dark end
+constexpr float kContrast = 1.5f;  // slope in log-log at the dark end
 constexpr float kShare = 0.06f;     // of each colour that is mixed into the others before the curve, so that bright colours turn white
 
 /// y = x^c / (x^c + k), a logistic curve over log x; k such that grey stays grey.

@@ -12,7 +12,7 @@ class PixelFilter {
   float offset(float u) const;
 
  private:
-  static constexpr int kCells = 128;
+  static constexpr int kCells = 1024;
   std::array<float, kCells + 1> inverse_;  // offsets at equal steps of the cumulated window
 };
 

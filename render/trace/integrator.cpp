@@ -71,6 +71,10 @@ void Integrator::absorb(Path& path, float length) const {
 /// One flight and what it meets. False when the path has ended.
 bool Integrator::step(Path& path, Work& work) const {
   const Ray& ray = path.ray;
+  if (!(ray.direction.squaredNorm() < 2)) {  // not a number: Embree must not see it, the pixel's owner must
+    work.sum += ray.direction;
+    return false;
+  }
   const float to_ground = ray.direction.z() < 0 ? std::max(0.0f, (scene_.ground.z - ray.origin.z()) / ray.direction.z()) : kFar;
   Hit hit;
   const bool found = geometry_.intersect(ray, to_ground, path.surfaces == 0, hit);
@@ -201,7 +205,7 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
     r.ray = {point - scene_.offset * geometric, keep_on_side(refract(p.ray.direction, normal, cos_i, cos_t, eta), -geometric)};
     return r;
   };
-  if (eta != 1) path.density = 0;
+  path.density = 0;
   path.dimension += kDimensionsAtSurface;
   if (first && reflected > 0 && reflected < 1) {
     Path other = reflection(path);

@@ -1,6 +1,6 @@
 #pragma once
 // All that a ray can meet or be lit by, with every choice of the shot made.
-#include <cstdint>
+#include <algorithm>
 #include <vector>
 
 #include "render/render.h"
@@ -17,12 +17,12 @@ struct AreaLight {
   float area;          // [m^2]
 };
 
-/// From the horizon's colour to the zenith's; below the horizon, the horizon's.
+/// From the horizon's colour to the zenith's, level at both ends so that no line is seen; below the horizon, the horizon's.
 struct Sky {
   Vec3f zenith = Vec3f::Zero(), horizon = Vec3f::Zero();
   Vec3f radiance(const Vec3f& direction) const {
-    const float height = std::max(0.0f, direction.z());
-    return horizon + std::sqrt(height) * (zenith - horizon);
+    const float height = std::clamp(direction.z(), 0.0f, 1.0f);
+    return horizon + height * height * (3 - 2 * height) * (zenith - horizon);
   }
 };
 
