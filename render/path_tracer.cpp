@@ -50,11 +50,19 @@ std::int64_t bytes_of(const surface::Mesh& mesh) {
 
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
-      : options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), view(view::resolve(s.camera, s.domain, options.width, options.height)), arena(threads) {}
+      : options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), arena(threads) {
+    const view::View v = view::resolve(s.camera, s.domain, options.width, options.height);
+    position = v.position.cast<float>();
+    forward = v.forward.cast<float>();
+    right = (v.tan_x * v.right).cast<float>();
+    up = (v.tan_y * v.up).cast<float>();
+  }
 
-  trace::Ray camera_ray(double x, double y) const {
-    const double a = (2 * x / static_cast<double>(options.width) - 1) * view.tan_x, b = (1 - 2 * y / static_cast<double>(options.height)) * view.tan_y;
-    return {view.position.cast<float>(), (view.forward + a * view.right + b * view.up).normalized().cast<float>()};
+  /// Through (x + offset.x, y + offset.y) [pixels], from the upper left corner.
+  trace::Ray camera_ray(std::int64_t x, std::int64_t y, sampling::Point offset) const {
+    const float a = (2 * (static_cast<float>(x) + offset.x) / static_cast<float>(options.width) - 1), b = (1 - 2 * (static_cast<float>(y) + offset.y) / static_cast<float>(options.height));
+    const Vec3f direction = forward + a * right + b * up;
+    return {position, direction / direction.norm()};
   }
   void pixel(const sampling::Sequence&, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const;
   void tile(const sampling::Sequence&, std::int64_t number, std::int64_t frame, Image&) const;
@@ -64,7 +72,7 @@ struct PathTracer::Impl {
   Options options;
   trace::Scene scene;
   trace::Geometry geometry;
-  view::View view;
+  Vec3f position, forward, right, up;  // the camera; right and up reach to the edges of the picture, one metre in front of it
   trace::PixelFilter filter;
   tbb::task_arena arena;
 };
@@ -72,12 +80,11 @@ struct PathTracer::Impl {
 void PathTracer::Impl::pixel(const sampling::Sequence& sequence, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const {
   const trace::Integrator integrator(scene, geometry);
   const sampling::PixelSampler points(sequence, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-  const Vec3f forward = view.forward.cast<float>();
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float depth = 0;
   for (std::int64_t s = 0; s < options.spp; ++s) {
     const sampling::Point at = points.point(static_cast<std::uint32_t>(s), 0);
-    const trace::Ray ray = camera_ray(static_cast<double>(x) + 0.5 + filter.offset(at.x), static_cast<double>(y) + 0.5 + filter.offset(at.y));
+    const trace::Ray ray = camera_ray(x, y, {0.5f + filter.offset(at.x), 0.5f + filter.offset(at.y)});
     trace::FirstHit first;
     const Vec3f radiance = integrator.radiance(ray, points, static_cast<std::uint32_t>(s), first);
     if (!radiance.allFinite()) complain_of_pixel(x, y, s, frame);

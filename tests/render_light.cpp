@@ -219,18 +219,31 @@ TEST(PathTracer, TracesFrameAfterFrameAsIfEachWereTheFirst) {
   EXPECT_EQ(ledger.passes().at("trace").calls, 3);
 }
 
-TEST(PathTracer, NamesThePixelThatIsNotFinite) {
-  render::Setting setting = empty_setting();
-  setting.lights = {};
-  surface::Mesh mesh = sphere_mesh(Vec3(0, 0, 0.5), 0.4);
-  for (Vec3f& n : mesh.normal) n.setConstant(std::nanf(""));
+namespace {
+
+void expect_fault(const render::Setting& setting, const surface::Mesh& mesh, const std::string& words) {
   try {
     traced(setting, mesh);
     FAIL() << "a picture of NaN";
   } catch (const base::Error& e) {
     EXPECT_EQ(e.complaint().code, base::Exit::fault);
-    EXPECT_NE(std::string(e.what()).find("pixel ("), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
   }
+}
+
+}  // namespace
+
+TEST(PathTracer, NamesThePixelThatIsNotFinite) {
+  render::Setting setting = empty_setting();
+  setting.options.width = setting.options.height = 16;
+  setting.lights = {uniform_sky(std::nan(""))};
+  expect_fault(setting, {}, "render: frame 1, pixel (0, 0), sample 0: radiance is not finite");
+}
+
+TEST(PathTracer, RefusesNormalsThatAreNotFinite) {
+  surface::Mesh mesh = sphere_mesh(Vec3(0, 0, 0.5), 0.4);
+  mesh.normal[100].setConstant(std::nanf(""));
+  expect_fault(empty_setting(), mesh, "normal 100 of the mesh is no unit vector");
 }
 
 TEST(PathTracer, SaysWhichLookIsNotThere) {

@@ -15,15 +15,15 @@
 namespace render::trace {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) { throw base::Error({.code = base::Exit::fault, .message = "render: Embree: " + what}); }
+[[noreturn]] void fail(const std::string& what) { throw base::Error({.code = base::Exit::fault, .message = "render: " + what}); }
 
 struct Device {
   explicit Device(int threads) : handle(rtcNewDevice(("threads=" + std::to_string(threads) + ",isa=avx2").c_str())) {
-    if (!handle) fail("no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
+    if (!handle) fail("Embree gives no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
   }
   ~Device() { rtcReleaseDevice(handle); }
   void check(const char* doing) const {
-    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE) fail(std::string(doing) + ", error " + std::to_string(error));
+    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE) fail(std::string("Embree, ") + doing + ": error " + std::to_string(error));
   }
   RTCDevice handle;
 };
@@ -65,6 +65,21 @@ RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh) {
   return geometry;
 }
 
+/// Unit normals at the corners of a quad in steps of 1/32767 (0.002 degrees), side by side: a hit reads one cache line, not five.
+using CornerNormals = std::array<std::array<std::int16_t, 3>, 4>;
+
+std::vector<CornerNormals> corner_normals(const surface::Mesh& mesh) {
+  std::vector<CornerNormals> normals(mesh.quads.size());
+  for (std::size_t q = 0; q < normals.size(); ++q)
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float component = mesh.normal[mesh.quads[q][k]][static_cast<int>(axis)];
+        if (!(std::abs(component) <= 1.001f)) fail("normal " + std::to_string(mesh.quads[q][k]) + " of the mesh is no unit vector");
+        normals[q][k][axis] = static_cast<std::int16_t>(std::lround(std::clamp(component, -1.0f, 1.0f) * 32767));
+      }
+  return normals;
+}
+
 RTCRay embree_ray(const Ray& ray, float far) {
   return {ray.origin.x(), ray.origin.y(), ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0, far, ~0u, 0, 0};
 }
@@ -77,12 +92,12 @@ struct Geometry::Impl {
 
   /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
   Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
-    const auto& q = quads[quad];
-    Vec3f n = ((1 - u) * (1 - v)) * normals[q[0]];
-    n += (u * (1 - v)) * normals[q[1]];
-    n += (u * v) * normals[q[2]];
-    n += ((1 - u) * v) * normals[q[3]];
-    return n / std::sqrt(n.squaredNorm());
+    const CornerNormals& corner = normals[quad];
+    const std::array<float, 4> share{(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
+    Vec3f n = Vec3f::Zero();
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis) n[static_cast<int>(axis)] += share[k] * static_cast<float>(corner[k][axis]);
+    return n / std::max(1.0f, n.norm());  // corners that cancel have no direction: 0
   }
   void attach(RTCGeometry geometry, unsigned number, bool dielectric);
   static void pass_through(const RTCFilterFunctionNArguments*);
@@ -90,8 +105,7 @@ struct Geometry::Impl {
 
   Device device;
   std::vector<Surface> surfaces;
-  std::vector<Vec3f> normals;  // the liquid's
-  std::vector<std::array<std::uint32_t, 4>> quads;
+  std::vector<CornerNormals> normals;  // a liquid quad's
   RTCScene scene;
   bool has_liquid = false;
   Vec3f lower = Vec3f::Zero(), upper = Vec3f::Zero();  // bounds of all
@@ -125,6 +139,7 @@ void Geometry::Impl::attach(RTCGeometry geometry, unsigned number, bool dielectr
   rtcReleaseGeometry(geometry);
 }
 
+/// The facet's own normal is smooth enough for a shadow, and already here.
 /// Entering at t and leaving at t' add -t and t' to the length inside: crossings may come in any order.
 void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
   auto* way = reinterpret_cast<ShadowRay*>(call->context);
@@ -134,9 +149,8 @@ void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
   const Impl& self = *way->straight;
   const Material& material = self.surfaces[hit->geomID].material;
   const Vec3f direction(ray->dir_x, ray->dir_y, ray->dir_z), geometric(hit->Ng_x, hit->Ng_y, hit->Ng_z);
-  const Vec3f shading = hit->geomID == 0 ? self.smooth_normal(hit->primID, hit->u, hit->v) : geometric.normalized();
   float cos_t;
-  way->transmitted *= 1 - fresnel(std::min(1.0f, std::abs(direction.dot(shading))), material.ior, cos_t);
+  way->transmitted *= 1 - fresnel(std::min(1.0f, std::abs(direction.dot(geometric)) / geometric.norm()), material.ior, cos_t);
   way->depth += (direction.dot(geometric) < 0 ? -ray->tfar : ray->tfar) * material.absorption;
   ++way->crossings;
   call->valid[0] = 0;
@@ -160,8 +174,7 @@ void Geometry::set_liquid(const surface::Mesh& mesh) {
   Impl& m = *impl_;
   if (m.has_liquid) rtcDetachGeometry(m.scene, 0);
   m.has_liquid = !mesh.quads.empty();
-  m.normals = mesh.normal;
-  m.quads = mesh.quads;
+  m.normals = corner_normals(mesh);
   if (m.has_liquid) m.attach(mesh_geometry(m.device.handle, mesh), 0, m.surfaces[0].material.dielectric);
   tbb::task_arena alone(1);
   alone.execute([&] { rtcJoinCommitScene(m.scene); });
@@ -189,7 +202,11 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
   result.t = query.ray.tfar;
   result.geometric = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).normalized();
-  result.shading = query.hit.geomID == 0 ? m.smooth_normal(query.hit.primID, query.hit.u, query.hit.v) : result.geometric;
+  result.shading = result.geometric;
+  if (query.hit.geomID == 0) {
+    const Vec3f smooth = m.smooth_normal(query.hit.primID, query.hit.u, query.hit.v);
+    if (smooth.dot(result.geometric) > 0) result.shading = smooth;
+  }
   result.surface = static_cast<int>(query.hit.geomID);
   return true;
 }
