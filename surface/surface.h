@@ -11,6 +11,7 @@
 #include "base/params.h"
 #include "base/vec.h"
 #include "sim/frame.h"
+#include "sim/scene.h"
 
 namespace surface {
 
@@ -27,6 +28,7 @@ struct Options {
 struct Room {
   base::Box domain;   // [m] walls; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
+  std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
 };
 
 /// OpenVDB PointDataGrid "points": P and v float (no lossy codec, Blosc), id int64, pscale. Atomic.

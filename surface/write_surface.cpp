@@ -81,7 +81,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   std::array<field::Field, 3> velocity;
   {
     const auto timer = ledger.pass("rasterize");
-    cloud = field::make_cloud(frame, room.domain, lattice, scale);
+    cloud = field::make_cloud(frame, room, lattice, scale);
     blocks = field::make_blocks(cloud, scale);
     field::Spheres spheres = field::rasterize(cloud, field::company(cloud, blocks, scale), blocks, scale);
     distance = std::move(spheres.surface), limit = std::move(spheres.limit);

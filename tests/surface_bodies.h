@@ -71,11 +71,11 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-inline surface::Mesh mesh_of(const sim::Frame& frame, const surface::Options& options = {}) {
+inline surface::Mesh mesh_of(const sim::Frame& frame, const surface::Options& options = {}, const surface::Room& walls = room()) {
   surface::initialize();
   const TemporaryFile file(".mesh.vdb");
   base::Ledger ledger;
-  surface::write_surface(file.path(), frame, options, room(), ledger);
+  surface::write_surface(file.path(), frame, options, walls, ledger);
   return surface::read_surface(file.path(), options, ledger);
 }
 

@@ -50,6 +50,25 @@ TEST(Mesh, EdgeAtAWallIsSharp) {
   EXPECT_LT(high, 0.3 + 0.3 * kVoxel);
 }
 
+// Between water and a block that stands in it there is no surface: rays would see a film of air.
+TEST(Mesh, GoesOnIntoColliders) {
+  sim::Shape block;
+  block.box = base::Box{Vec3(0.3, 0.2, 0), Vec3(0.5, 0.4, 0.4)};
+  const sim::Frame frame = fill([&](const Vec3& x) { return x[2] < 0.3 && block.distance(x) > 0; });
+  const auto beside_the_block = [&](const surface::Room& walls) {
+    int vertices = 0;
+    for (const Vec3f& x : mesh_of(frame, {}, walls).position) {
+      const double d = block.distance(x.cast<double>());
+      vertices += x[2] > 2 * kVoxel && x[2] < 0.3 - 4 * kVoxel && std::fabs(d) < 2 * kVoxel;
+    }
+    return vertices;
+  };
+  surface::Room walls = room();
+  EXPECT_GT(beside_the_block(walls), 1000);
+  walls.solids = {block};
+  EXPECT_EQ(beside_the_block(walls), 0);
+}
+
 TEST(Mesh, FacesOutwards) {
   const surface::Mesh mesh = mesh_of(ball(0.2));
   EXPECT_GT(volume(mesh), 0);

@@ -44,7 +44,9 @@ double PictureMaker::surface(std::int64_t frame) {
   const sim::Frame points = surface::read_points(folder_.points(frame));
   const std::filesystem::path file = folder_.surface(frame);
   Folder::make_room_for(file);
-  surface::write_surface(file, points, shot_.surface, {shot_.scene.options.domain, shot_.scene.options.cell}, ledger);
+  surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
+  for (const sim::Collider& collider : shot_.scene.colliders) room.solids.push_back(collider.shape);
+  surface::write_surface(file, points, shot_.surface, room, ledger);
   write_record(folder_, {.stage = Stage::surface, .frame = frame, .hash = hashes_.surface, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
                          .passes = ledger.passes(), .totals = {}});
   return watch.seconds();

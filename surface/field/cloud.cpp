@@ -44,28 +44,47 @@ struct Copies {
   std::vector<std::uint32_t> source;
 };
 
-Copies with_mirror_images(const sim::Frame& frame, const Vec3& size, const Lattice& lattice, float reach) {
+/// x [voxels] and its images beyond the walls it is near.
+void add_wall_images(const Vec3& x, std::uint32_t source, const Vec3& size, float reach, Copies& copies) {
+  if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
+  double image[3][3];   // per axis: itself, beyond the lower wall, beyond the upper wall
+  bool has[3][3];
+  for (int a = 0; a < 3; ++a) {
+    image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
+    has[a][0] = true, has[a][1] = x[a] < reach, has[a][2] = size[a] - x[a] < reach;
+  }
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      for (int c = 0; c < 3; ++c)
+        if (has[0][a] && has[1][b] && has[2][c]) {
+          copies.position.push_back(Vec3(image[0][a], image[1][b], image[2][c]).cast<float>());
+          copies.source.push_back(source);
+        }
+}
+
+/// A particle's place [m] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far.
+/// An image that would come out on the other side of a thin solid is left out.
+void place_and_images(const Vec3& x, const std::vector<sim::Shape>& solids, double reach, std::vector<Vec3>& places) {
+  places.assign(1, x);
+  for (const sim::Shape& solid : solids) {
+    Vec3 normal;
+    const double distance = solid.distance(x, &normal);
+    if (distance <= 0 || distance >= reach) continue;
+    const Vec3 image = x - 2 * distance * normal;
+    if (solid.distance(image) < 0) places.push_back(image);
+  }
+}
+
+Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3& size, const Lattice& lattice, float reach) {
   Copies copies;
+  std::vector<Vec3> places;
   copies.position.reserve(frame.position.size() * 5 / 4);
   copies.source.reserve(frame.position.size() * 5 / 4);
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    const Vec3 x = (frame.position[i].cast<double>() - lattice.origin) / lattice.voxel;
-    if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) continue;
-    double image[3][3];   // per axis: itself, beyond the lower wall, beyond the upper wall
-    bool has[3][3];
-    for (int a = 0; a < 3; ++a) {
-      image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
-      has[a][0] = true, has[a][1] = x[a] < reach, has[a][2] = size[a] - x[a] < reach;
-    }
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        for (int c = 0; c < 3; ++c)
-          if (has[0][a] && has[1][b] && has[2][c]) {
-            copies.position.push_back(Vec3(image[0][a], image[1][b], image[2][c]).cast<float>());
-            copies.source.push_back(static_cast<std::uint32_t>(i));
-          }
+    place_and_images(frame.position[i].cast<double>(), room.solids, reach * lattice.voxel, places);
+    for (const Vec3& place : places) add_wall_images((place - lattice.origin) / lattice.voxel, std::uint32_t(i), size, reach, copies);
   }
   return copies;
 }
@@ -124,9 +143,9 @@ bool deep(const Cloud& cloud, const std::vector<bool>& full, const Index3& block
 
 }  // namespace
 
-Cloud make_cloud(const sim::Frame& frame, const base::Box& domain, const Lattice& lattice, const Scale& scale) {
-  const Vec3 size = domain.size() / lattice.voxel;
-  const Copies copies = with_mirror_images(frame, size, lattice, scale.reach);
+Cloud make_cloud(const sim::Frame& frame, const Room& room, const Lattice& lattice, const Scale& scale) {
+  const Vec3 size = room.domain.size() / lattice.voxel;
+  const Copies copies = with_mirror_images(frame, room, size, lattice, scale.reach);
   Cloud cloud;
   cloud.size = size.cast<float>();
   cloud.bins = make_directory(size, scale.reach);

@@ -1,5 +1,5 @@
 #pragma once
-// The particles of a frame as the level set sees them: in voxels, continued across the domain's walls as their mirror images,
+// The particles of a frame as the level set sees them: in voxels, continued across the domain's walls and into colliders as their mirror images,
 // sorted by block so that a voxel finds its neighbours.
 #include <vector>
 
@@ -32,7 +32,7 @@ struct Cloud {
 
 /// Particles outside the domain by more than `scale.reach` are left out: what they carry is cut away. Throws std::logic_error
 /// when a position or velocity is not finite.
-Cloud make_cloud(const sim::Frame&, const base::Box& domain, const Lattice&, const Scale&);
+Cloud make_cloud(const sim::Frame&, const Room&, const Lattice&, const Scale&);
 
 /// Blocks within reach of a particle, without those deep inside, whose entry is kWater.
 Blocks make_blocks(const Cloud&, const Scale&);
