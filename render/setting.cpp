@@ -63,7 +63,7 @@ void Light::params(base::Params& p) {
 std::vector<Light> default_lights(const base::Box& domain) {
   const base::Vec3 middle = 0.5 * (domain.lower + domain.upper);
   const double reach = 0.5 * domain.size().norm();
-  Light sky{.kind = "sky", .color = base::Vec3(0.48, 0.58, 0.74), .horizon = base::Vec3(0.26, 0.275, 0.295), .intensity = 1};
+  Light sky{.kind = "sky", .color = base::Vec3(0.46, 0.56, 0.72), .horizon = base::Vec3(0.335, 0.35, 0.37), .intensity = 1};
   Light key{.kind = "area", .color = base::Vec3(1, 0.94, 0.85), .intensity = 31};
   key.target = base::Vec3(middle.x(), middle.y(), domain.lower.z());
   key.position = key.target + reach * base::Vec3(-1.15, 0.8, 2.3);  // behind the water as the default camera sees it: it shines through
