@@ -53,7 +53,7 @@ std::vector<Light> default_lights(const base::Box& domain);
 struct Options {
   std::int64_t width = 960, height = 540;
   std::int64_t spp = 16;                                    // samples a pixel
-  std::int64_t bounces = 12;
+  std::int64_t bounces = 32;                                // surfaces a path may meet; among dielectrics it then ends in the sky
   std::string caustics = "straight";                        // "straight": tinted straight shadow rays through dielectrics, biased and quiet
                                                             // "path": none of that; light behind dielectrics is found by chance, unbiased and noisy
   std::string view = "filmic";                              // "filmic" | "srgb": PNG only

@@ -165,7 +165,10 @@ Vec3f Integrator::direct(const AreaLight& light, const Vec3f& from, const Vec3f&
 }
 
 bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit, Work& work) const {
-  if (++path.surfaces > scene_.bounces) return false;
+  if (++path.surfaces > scene_.bounces) {
+    work.sum += path.weight.cwiseProduct(scene_.sky.radiance(path.ray.direction)) / path.compression;
+    return false;
+  }
   const bool entering = path.ray.direction.dot(hit.geometric) < 0;
   const bool first = path.surfaces == 1;
   // the side that was hit says what the ray is in, whatever it met before

@@ -5,6 +5,8 @@
 //  - The first dielectric that the camera sees is followed both ways (reflection and refraction), later ones at random by Fresnel.
 //  - caustics = "straight": shadow rays go straight through dielectrics, tinted. Their light has then been counted, so an area light
 //    that is found behind a dielectric after a diffuse surface is not added again. The sky is always found by refracted rays.
+//  - A path that is still among dielectrics after `bounces` surfaces (a thin sheet leads light like a fibre) ends in the sky, as it
+//    would have: biased, but not black.
 //  - Radiance is divided by n^2 on its way into a medium and multiplied on its way out, so that a white furnace stays white.
 #include "render/sampling/sampler.h"
 #include "render/trace/scene.h"
