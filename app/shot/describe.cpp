@@ -120,7 +120,7 @@ kind = "gravity"
 acceleration = [0, 0, -9.81]
 
 [surface]
-smooth = 3
+smooth = 8
 
 [render]
 width = 480
