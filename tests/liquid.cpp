@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/error.h"
 #include "sim/fluid/poisson.h"
 #include "sim/fluid/pressure.h"
 #include "sim/simulation.h"
@@ -79,6 +80,35 @@ TEST(Liquid, FallsFreelyBeforeItLands) {
   const double fallen = 9.81 * 2 / 24.0;
   EXPECT_NEAR(t.linear_momentum.z() / t.mass, -fallen, 1e-5 * fallen);
   EXPECT_NEAR(t.linear_momentum.head<2>().norm() / t.mass, 0, 1e-6);
+}
+
+// Level water on cell boundaries is in discrete equilibrium: what moves is what the solver left, 1e-6 of g dt.
+TEST(Liquid, StillWaterStaysStill) {
+  Scene scene = tank(0.05);
+  scene.colliders.clear();
+  scene.bodies[0].shape.box = base::Box{base::Vec3(0, 0, 0), base::Vec3(1, 0.5, 0.25)};
+  scene.options.seeding = Seeding::regular;
+  const Totals t = run(scene, 24);
+  ASSERT_GT(t.substeps, 0);
+  EXPECT_LE(t.max_speed, 1e-4 * std::sqrt(9.81 * 0.25));
+}
+
+TEST(Liquid, SeedsTheVolumeOfItsBodiesWithoutTheColliders) {
+  Scene scene = tank(0.05);
+  const auto full = make_simulation(scene, 24);
+  EXPECT_EQ(full->totals().particles, 8 * 8 * 10 * 8);
+  EXPECT_NEAR(full->totals().mass, 1000 * 0.4 * 0.5 * 0.4, 1e-9);
+  scene.colliders[0].shape.box = base::Box{base::Vec3(0.2, 0.2, 0), base::Vec3(0.3, 0.3, 0.2)};
+  EXPECT_EQ(make_simulation(scene, 24)->totals().particles, 8 * (8 * 10 * 8 - 2 * 2 * 4));
+  scene.bodies[0].velocity = base::Vec3(1, 2, 3);
+  const Totals t = make_simulation(scene, 24)->totals();
+  EXPECT_NEAR((t.linear_momentum / t.mass - scene.bodies[0].velocity).norm(), 0, 1e-12);
+}
+
+TEST(Liquid, ASceneWithoutAParticleIsTheUsersMistake) {
+  Scene scene = tank(0.05);
+  scene.bodies[0].shape.box = base::Box{base::Vec3(5, 5, 5), base::Vec3(6, 6, 6)};
+  EXPECT_THROW(make_simulation(scene, 24), base::Error);
 }
 
 TEST(Liquid, StaysInsideWallsAndOutsideColliders) {
@@ -169,6 +199,21 @@ TEST(Pressure, BothSolversGiveTheSameField) {
   EXPECT_TRUE(report.converged);
   EXPECT_GT(report.iterations, 3);
   for (int i = 0; i < n * n; ++i) EXPECT_NEAR(x[i], y[i], 1e-11);
+}
+
+TEST(Shape, DistanceHasItsNormalsAndSigns) {
+  Shape box, ball;
+  box.box = base::Box{base::Vec3(0, 0, 0), base::Vec3(2, 2, 2)};
+  ball.sphere = Shape::Sphere{base::Vec3(1, 1, 1), 1};
+  base::Vec3 n;
+  EXPECT_NEAR(box.distance(base::Vec3(3, 3, 1), &n), std::sqrt(2.0), 1e-15);
+  EXPECT_NEAR((n - base::Vec3(1, 1, 0).normalized()).norm(), 0, 1e-15);
+  EXPECT_NEAR(box.distance(base::Vec3(1, 1, 0.25), &n), -0.25, 1e-15);
+  EXPECT_EQ(n, base::Vec3(0, 0, -1));
+  EXPECT_NEAR(ball.distance(base::Vec3(1, 1, 3), &n), 1, 1e-15);
+  EXPECT_EQ(n, base::Vec3(0, 0, 1));
+  EXPECT_NEAR(ball.distance(base::Vec3(1, 1, 1), &n), -1, 1e-15);
+  EXPECT_NEAR(n.norm(), 1, 1e-15);
 }
 
 TEST(Extrapolation, IsExactForAConstantAndStopsAtItsDepth) {
