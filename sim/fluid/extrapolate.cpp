@@ -10,14 +10,13 @@ namespace {
 constexpr std::uint8_t kUnknown = std::numeric_limits<std::uint8_t>::max();
 constexpr std::size_t kChunk = 32768;
 
-/// Faces of layer `layer`: unknown, with a neighbour in an earlier layer. Ascending.
+/// Unknown faces next to a valid one, ascending.
 template <int D>
-std::vector<std::uint32_t> next_layer(const std::vector<std::uint8_t>& depth, const Lattice<D>& lattice, std::size_t margin) {
+std::vector<std::uint32_t> first_layer(const std::vector<std::uint8_t>& depth, const Lattice<D>& lattice, std::size_t margin) {
   using List = std::vector<std::uint32_t>;
-  const std::size_t first = margin, last = lattice.size - margin;
-  return base::ordered_reduce(last - first, kChunk, List{}, [&](std::size_t begin, std::size_t end) {
+  return base::ordered_reduce(lattice.size - 2 * margin, kChunk, List{}, [&](std::size_t begin, std::size_t end) {
     List found;
-    for (std::size_t i = first + begin; i < first + end; ++i) {
+    for (std::size_t i = margin + begin; i < margin + end; ++i) {
       if (depth[i] != kUnknown) continue;
       for (int a = 0; a < D; ++a) {
         const auto s = std::size_t(lattice.stride[a]);
@@ -34,14 +33,29 @@ std::vector<std::uint32_t> next_layer(const std::vector<std::uint8_t>& depth, co
   });
 }
 
+/// Unknown faces next to those of the layer before; marks them as the next one.
+template <int D>
+std::vector<std::uint32_t> next_layer(const std::vector<std::uint32_t>& before, const Lattice<D>& lattice, std::size_t margin, int layer,
+                                      std::vector<std::uint8_t>& depth) {
+  std::vector<std::uint32_t> found;
+  for (const std::size_t i : before)
+    for (int a = 0; a < D; ++a)
+      for (const std::size_t j : {i - std::size_t(lattice.stride[a]), i + std::size_t(lattice.stride[a])})
+        if (j >= margin && j < lattice.size - margin && depth[j] == kUnknown) {
+          depth[j] = std::uint8_t(layer);
+          found.push_back(std::uint32_t(j));
+        }
+  return found;
+}
+
 template <int D, class Real>
 void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const Lattice<D>& lattice, int layers) {
   std::vector<std::uint8_t> depth(lattice.size);
   for (std::size_t i = 0; i < lattice.size; ++i) depth[i] = valid[i] ? 0 : kUnknown;
   const auto margin = std::size_t(lattice.stride[0]);   // the outermost slab has no neighbour on one side
-  for (int layer = 1; layer <= layers; ++layer) {
-    const std::vector<std::uint32_t> faces = next_layer<D>(depth, lattice, margin);
-    if (faces.empty()) break;
+  std::vector<std::uint32_t> faces = first_layer<D>(depth, lattice, margin);
+  for (const std::uint32_t i : faces) depth[i] = 1;
+  for (int layer = 1; layer <= layers && !faces.empty(); ++layer) {
     // Reads only faces of earlier layers, writes only faces of this one.
     base::parallel_chunks(faces.size(), 4096, [&](std::size_t begin, std::size_t end) {
       for (std::size_t f = begin; f < end; ++f) {
@@ -50,14 +64,16 @@ void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint
         int known = 0;
         for (int a = 0; a < D; ++a)
           for (const std::size_t j : {i - std::size_t(lattice.stride[a]), i + std::size_t(lattice.stride[a])})
-            if (depth[j] != kUnknown) sum += field[j], ++known;
+            if (depth[j] < layer) sum += field[j], ++known;
         field[i] = sum / Real(known);
       }
     });
-    for (const std::uint32_t i : faces) depth[i] = std::uint8_t(layer);
+    if (layer < layers) faces = next_layer<D>(faces, lattice, margin, layer + 1, depth);
   }
-  for (std::size_t i = 0; i < lattice.size; ++i)
-    if (depth[i] == kUnknown) field[i] = 0;
+  base::parallel_chunks(lattice.size, 65536, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (depth[i] == kUnknown) field[i] = 0;
+  });
 }
 
 }  // namespace
