@@ -1,9 +1,18 @@
 #include "base/error.h"
 
 namespace base {
+namespace {
+
+/// What the user wrote may be anything; a line shows the beginning of it.
+std::string clipped(const std::string& text) {
+  constexpr std::size_t kLongest = 1000;   // characters
+  return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
+}
+
+}  // namespace
 
 std::string to_line(const Complaint& c) {
-  std::string place = c.file;
+  std::string place = clipped(c.file);
   if (c.line > 0) place += ":" + std::to_string(c.line);
   if (c.line > 0 && c.column > 0) place += ":" + std::to_string(c.column);
 
@@ -13,7 +22,7 @@ std::string to_line(const Complaint& c) {
     if (!line.empty()) line += ": ";
     line += text;
   };
-  part(c.key.empty() || c.value.empty() ? c.key + c.value : c.key + " = " + c.value);
+  part(c.key.empty() || c.value.empty() ? clipped(c.key + c.value) : clipped(c.key) + " = " + clipped(c.value));
   part(c.message);
   part(c.allowed);
   if (!c.hint.empty()) line += " (" + c.hint + ")";

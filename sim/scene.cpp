@@ -139,7 +139,7 @@ void Options::params(base::Params& p) {
   p.require(!is_box || fits, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
   if (is_box && fits && !is_multiple(size, cell)) {
     const double near = nearest_cell(size, cell);
-    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {:.6g} m", near)
+    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {} m", near)
                                       : std::string("the domain is no multiple of it, and no cell near it divides all three edges"));
   }
   const auto edge = cube_root(particles_per_cell);

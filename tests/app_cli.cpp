@@ -48,6 +48,7 @@ std::string refusal(const std::vector<std::string>& words) {
 
 }  // namespace
 
+TEST_F(CommandLine, TakesNoDirectoryForAShot) { expect_refusal({"run", "."}, 2, {".: is a directory"}); }
 TEST_F(CommandLine, NamesAShotThatIsMissing) { expect_refusal({"run", "shots/none.toml"}, 2, {"shots/none.toml: no such file"}); }
 
 TEST_F(CommandLine, GivesThePlaceOfASyntaxError) {
@@ -135,7 +136,8 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"run", "x.toml", "y.toml"}, "y.toml: not an option of polypic run"},
       {{"simulate", "x.toml", "--preview"}, "--preview: not an option of polypic simulate"},
       {{"list", "--out", "x"}, "--out: not an option of polypic list"},
-      {{"run", "x.toml", "--out"}, "--out: needs a value"},
+      {{"run", "x.toml", "--out"}, "--out: needs one value"},
+      {{"run", "x.toml", "--threads", "1", "--threads", "2"}, "--threads: needs one value"},
       {{"run", "x.toml", "--out", ""}, "--out: needs the name of a directory"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);

@@ -166,6 +166,25 @@ TEST_F(Film, RefusesToGoOnWithAnotherShot) {
   EXPECT_NE(state_hashes("out/x")[1], state_hashes("other")[1]);
 }
 
+// What the frames were made with is known from their records; a shot.toml that cannot be read is never taken for agreement.
+TEST_F(Film, RefusesToGoOnWithoutItsShot) {
+  run_well({"simulate", "x.toml", "--frames", "1"});
+  const std::vector<std::string> before = files();
+  for (const std::string text : {"", "a = ["}) {
+    write("out/x/shot.toml", text);
+    const Outcome refused = run({"run", "x.toml"});
+    EXPECT_EQ(refused.exit, 4) << refused.err;
+    EXPECT_NE(refused.err.find("out/x/shot.toml: "), std::string::npos) << refused.err;
+    EXPECT_EQ(files(), before);
+  }
+  fs::remove(folder / "out/x/shot.toml");
+  const Outcome refused = run({"run", "x.toml", "--set", "sim.cfl=0.5"});
+  EXPECT_EQ(refused.exit, 4);
+  EXPECT_EQ(refused.complaints(), 1);
+  EXPECT_NE(refused.err.find("--restart or another --out goes on"), std::string::npos) << refused.err;
+  run_well({"simulate", "x.toml", "--frames", "1"});   // the same keys go on
+}
+
 TEST_F(Film, RestartRemovesItsOwnFilesOnly) {
   run_well({"run", "x.toml"});
   write("out/x/images/notes.txt", "mine");

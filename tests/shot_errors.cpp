@@ -37,7 +37,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[sim]\ntransfer = 3\n", "x.toml:5:12: sim.transfer = 3: must be \"pic\", \"flip\", \"apic\" or \"polypic\""},
     {"[sim]\ndomain = [[0, 0, 0], [1, 1]]\n",
      "x.toml:5:10: sim.domain = [[0, 0, 0], [1, 1]] m: must be two opposite corners, [[x, y, z], [x, y, z]]"},
-    {"[sim]\ncell = 0.03\n", "x.toml:5:8: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303 m"},
+    {"[sim]\ncell = 0.03\n", "x.toml:5:8: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
     {"[sim]\ntransfer = \"apic\"\nmodes = 4\n", "x.toml:6:9: sim.modes = 4: needs sim.transfer = \"polypic\""},
     {"[sim]\nmodes = 0\n", "x.toml:5:9: sim.modes = 0: must be a count from 1, \"multilinear\", \"quadratic\" or \"full\""},
     {"[shot]\nframes = 0\n", "x.toml:5:10: shot.frames = 0: must be between 1 and 1000000"},
@@ -106,7 +106,7 @@ TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
     {"=1", "--set =1: must be KEY=VALUE"},
     {"sim..cell=1", "--set sim..cell=1: must be KEY=VALUE"},
     {"sim.cell=", "--set sim.cell=: sim.cell = \"\": must be a number above 0"},
-    {"sim.cell=0.03", "--set sim.cell=0.03: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303 m"},
+    {"sim.cell=0.03", "--set sim.cell=0.03: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
     {"body.colum.velocity=[0,0,1]", "--set body.colum.velocity=[0,0,1]: body.colum: no such entry (did you mean body.column?)"},
     {"body.2.velocity=[0,0,1]", "--set body.2.velocity=[0,0,1]: body.2: no such entry"},
     {"body.column.velocity=[1,0", "--set body.column.velocity=[1,0: body.column.velocity = \"[1,0\": must be three numbers, [x, y, z]"},
@@ -142,6 +142,7 @@ TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {
   for (int i = 0; i < 100000; ++i) deep += ".a";
   EXPECT_EQ(line("[sim]\n" + deep + " = 1\n"), "x.toml:2: a key of more than 200 parts");
   EXPECT_TRUE(line(kLeast, {deep + "=1"}).ends_with(": a key of more than 200 parts"));
+  EXPECT_LT(line(kLeast, {deep + "=1"}).size(), 1200u);
   EXPECT_NE(line("a = " + std::string(100000, '[')), "no error");
   std::string many;
   for (int i = 0; i < 2000; ++i) many += "k" + std::to_string(i) + " = 1\n";

@@ -94,8 +94,8 @@ std::string version_text() {
 [[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
   const std::string text = error.what(), hint = "see polypic " + name + " --help";
   if (!command.remaining().empty()) refuse(command.remaining().front(), "not an option of polypic " + name, hint);
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs a value", hint);
-  refuse(text.substr(0, text.find('\n')), "", hint);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs one value", hint);
+  refuse("", text.substr(0, text.find('\n')), hint);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ std::vector<fs::path> shipped_shots() {
 
 fs::path find_shot(const std::string& shot) {
   std::error_code none;
-  if (fs::exists(shot, none) && !fs::is_directory(shot, none)) return shot;
+  if (fs::is_regular_file(shot, none)) return shot;
   std::vector<std::string> names;
   for (const fs::path& shipped : shipped_shots()) {
     if (shipped.stem() == shot) return shipped;
@@ -40,6 +40,7 @@ fs::path find_shot(const std::string& shot) {
   }
   const std::string nearest = base::nearest_word(shot, names);
   const bool is_path = shot.find('/') != std::string::npos || fs::path(shot).has_extension();
+  if (fs::exists(shot, none)) base::throw_input(shot, fs::is_directory(shot, none) ? "is a directory" : "is not a file");
   throw base::Error({.file = shot, .hint = nearest.empty() ? "" : "did you mean " + nearest + "?",
                      .message = is_path ? "no such file" : "no such file, and no shipped shot of that name"});
 }

@@ -68,11 +68,27 @@ void check_upstream(const Making& m) {
   }
 }
 
+// Without shot.toml the records still say whether the frames were made with other keys.
+void check_same_hashes(const Making& m) {
+  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
+    for (const std::int64_t frame : m.folder.recorded_frames(stage))
+      if (const auto record = read_record(m.folder, stage, frame); record && record->hash != hash_of(m.hashes, stage))
+        throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.root().string(), .hint = "--restart or another --out goes on",
+                           .message = "shot.toml is missing, and the frames here were made with another shot"});
+}
+
 // Frames of this directory were made from the shot.toml in it.
 void check_same_shot(const Making& m) {
   std::error_code none;
-  if (m.order.restart || !fs::exists(m.folder.shot(), none)) return;
-  const std::vector<std::string> changed = changed_keys(base::read_file(m.folder.shot()), m.shot.resolved);
+  if (m.order.restart) return;
+  if (!fs::exists(m.folder.shot(), none)) return check_same_hashes(m);
+  std::vector<std::string> changed;
+  try {
+    changed = changed_keys(base::read_file(m.folder.shot()), m.shot.resolved);
+  } catch (const base::Error&) {
+    throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .hint = "--restart or another --out goes on",
+                       .message = "is no shot any more, so what the frames here were made with is unknown"});
+  }
   if (changed.empty()) return;
   std::string names;
   for (const std::string& key : changed) names += (names.empty() ? "" : ", ") + key;

@@ -74,8 +74,9 @@ class Liquid final : public Simulation {
     while (!try_velocity(dt, kind, ledger)) {
       dt /= 2;
       if (dt < kShortestStep / fps_)
-        throw base::Error({.code = base::Exit::unstable, .message = fmt::format("pressure: frame {}: the time step fell below {:.1g} of a frame; "
-                           "lower sim.cfl or refine sim.cell", frame_ + 1, kShortestStep)});
+        throw base::Error({.code = base::Exit::unstable, .hint = "raise sim.cfl or shot.fps, or take a coarser sim.cell",
+                           .message = fmt::format("pressure: frame {}: a velocity would cross more than {:.3g} cells in {:.1g} of a frame",
+                                                  frame_ + 1, 2 * options_.cfl, kShortestStep)});
     }
     {
       const auto pass = ledger.pass("extrapolate", 2 * grid_bytes);
