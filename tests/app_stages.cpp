@@ -1,6 +1,5 @@
 // A run's directory: which frames count as finished, and which files are the program's own.
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "app/stages/record.h"
 #include "base/error.h"
 #include "base/progress.h"
+#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -19,12 +19,6 @@ using app::Stage;
 
 class RunFolder : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "polypic_run_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    root = pattern;
-  }
-  void TearDown() override { fs::remove_all(root); }
   void write(const fs::path& file, const std::string& text) const {
     fs::create_directories(file.parent_path());
     std::ofstream(file) << text;
@@ -38,7 +32,8 @@ class RunFolder : public testing::Test {
     r.passes["smooth"] = {2, 0.25, 100};
     return r;
   }
-  fs::path root;
+  const TemporaryFolder own_folder;
+  const fs::path& root = own_folder.path();
 };
 
 }  // namespace

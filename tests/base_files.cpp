@@ -10,23 +10,19 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/temporary_folder.h"
 
 namespace fs = std::filesystem;
 
 class Files : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "polypic_files_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder); }
   std::vector<std::string> names() const {
     std::vector<std::string> out;
     for (const auto& entry : fs::directory_iterator(folder)) out.push_back(entry.path().filename());
     return out;
   }
-  fs::path folder;
+  const TemporaryFolder own_folder;
+  const fs::path& folder = own_folder.path();
 };
 
 TEST_F(Files, AreReadAsTheyWereWritten) {

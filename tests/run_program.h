@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/temporary_folder.h"
+
 struct Outcome {
   int exit = -1;   // 128 + signal when one ended it
   std::string out, err;
@@ -27,14 +28,7 @@ struct Outcome {
 /// A test whose files lie in a folder of its own, removed at the end.
 class ProgramTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "polypic_cli_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    log = pattern;
-    folder = log / "work";
-    std::filesystem::create_directory(folder);
-  }
-  void TearDown() override { std::filesystem::remove_all(log); }
+  void SetUp() override { std::filesystem::create_directory(folder); }
 
   void write(const std::string& name, const std::string& text) const { std::ofstream(folder / name) << text; }
   static std::string text_of(const std::filesystem::path& file) {
@@ -62,7 +56,8 @@ class ProgramTest : public testing::Test {
     return wait_for(child);
   }
 
-  std::filesystem::path folder;
+  const TemporaryFolder own_folder;
+  const std::filesystem::path log = own_folder.path(), folder = log / "work";
 
  private:
   pid_t start(std::vector<std::string> words) const {
@@ -87,7 +82,6 @@ class ProgramTest : public testing::Test {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text_of(log / "out"), text_of(log / "err")};
   }
 
-  std::filesystem::path log;
   mutable siginfo_t ended_{};
 };
 

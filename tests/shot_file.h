@@ -1,7 +1,6 @@
 #pragma once
 // A shot in a folder of its own, for tests of the reader.
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,17 +8,11 @@
 #include <vector>
 
 #include "app/shot/shot.h"
+#include "tests/temporary_folder.h"
 
 /// Writes shots to a temporary folder and reads them back.
 class ShotFile : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "polypic_shot_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder); }
-
   app::Shot read(const std::string& text, const std::vector<std::string>& sets = {}, std::optional<std::string> quality = {}) const {
     std::ofstream(folder / "x.toml") << text;
     return app::read_shot(folder / "x.toml", {.quality = std::move(quality), .sets = sets});
@@ -38,7 +31,8 @@ class ShotFile : public testing::Test {
       return what;
     }
   }
-  std::filesystem::path folder;
+  const TemporaryFolder own_folder;
+  const std::filesystem::path& folder = own_folder.path();
 };
 
 /// The least that is a shot: a column of water in a box of 1 m.

@@ -61,6 +61,25 @@ struct Lattice {
     }
     return block * kCellsPerBlock + local;
   }
+  /// Coordinates of a block, in blocks.
+  Cell<D> block_at(std::size_t block) const {
+    Cell<D> at;
+    for (int a = D - 1; a >= 0; --a) {
+      at[a] = int(block % std::size_t(blocks[a]));
+      block /= std::size_t(blocks[a]);
+    }
+    return at;
+  }
+  /// The cell of a key.
+  Cell<D> cell_of_key(std::size_t key) const {
+    Cell<D> at = block_at(key / kCellsPerBlock);
+    std::size_t local = key % kCellsPerBlock;
+    for (int a = D - 1; a >= 0; --a) {
+      at[a] = at[a] * kBlock + int(local % kBlock);
+      local /= kBlock;
+    }
+    return at;
+  }
   std::size_t key_count() const { return block_count * kCellsPerBlock; }
 };
 

@@ -56,11 +56,9 @@ template <int D, class Body>
 void for_blocks_by_colour(const CellRanges& ranges, const Lattice<D>& lattice, const Body& body) {
   std::array<std::vector<std::uint32_t>, std::size_t(int_power(2, D))> colours;
   for (const std::uint32_t block : ranges.occupied) {
-    std::size_t rest = block, colour = 0;
-    for (int a = D - 1; a >= 0; --a) {
-      colour = colour * 2 + rest % std::size_t(lattice.blocks[a]) % 2;
-      rest /= std::size_t(lattice.blocks[a]);
-    }
+    const Cell<D> at = lattice.block_at(block);
+    std::size_t colour = 0;
+    for (int a = D - 1; a >= 0; --a) colour = colour * 2 + std::size_t(at[a] % 2);
     colours[colour].push_back(block);
   }
   for (const auto& blocks : colours)
@@ -154,6 +152,7 @@ Vec<D, Real> MacTransfer<D, Real>::velocity_at(const FaceField<D, Real>& velocit
   return with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
     constexpr int n = Basis::kNodes;
+    const auto steps = node_steps<n, D>(lattice_);
     const ParticleStencils<Basis, D> stencils(site.cell, site.offset);
     Vec<D, Real> v;
     for (int a = 0; a < D; ++a) {
@@ -162,11 +161,7 @@ Vec<D, Real> MacTransfer<D, Real>::velocity_at(const FaceField<D, Real>& velocit
       const Tensor<Real, n, D> w = weights<D>(stencil);
       const Real* const field = velocity[a].data() + first;
       v[a] = 0;
-      for (int node = 0; node < int_power(n, D); ++node) {
-        std::ptrdiff_t step = 0;
-        for (int b = D - 1, rest = node; b >= 0; --b, rest /= n) step += (rest % n) * lattice_.stride[b];
-        v[a] += w[node] * field[step];
-      }
+      for (std::size_t node = 0; node < w.size(); ++node) v[a] += w[node] * field[steps[node]];
     }
     return v;
   });

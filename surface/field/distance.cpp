@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "surface/field/level_set.h"
 
@@ -38,7 +39,7 @@ Field spread(const Blocks& blocks, Field distance, const Field& known, int passe
 }
 
 /// Distance to the plane through the crossings on the three axes: 1 / sqrt(sum 1 / t^2); none when no axis crosses.
-float crossing_distance(const Padded& d, int i, int j, int k) {
+std::optional<float> crossing_distance(const Padded& d, int i, int j, int k) {
   const float own = d[i][j][k];
   const auto nearer = [&](float a, float b) {
     float t = 2;   // fraction of a voxel; above 1: no crossing
@@ -49,47 +50,45 @@ float crossing_distance(const Padded& d, int i, int j, int k) {
   float sum = 0;
   for (const float t : {nearer(d[i - 1][j][k], d[i + 1][j][k]), nearer(d[i][j - 1][k], d[i][j + 1][k]), nearer(d[i][j][k - 1], d[i][j][k + 1])})
     if (t <= 1) sum += 1 / std::max(t * t, 1e-8f);
-  return sum > 0 ? std::copysign(1 / std::sqrt(sum), own) : 0;
+  if (!(sum > 0)) return {};
+  return std::copysign(1 / std::sqrt(sum), own);
+}
+
+/// Distances spread in `passes` from the voxels where `near(d, i, j, k)` knows one; elsewhere it gives nothing.
+template <class Near>
+Field distance_from(const Blocks& blocks, const Field& field, int passes, const Near& near) {
+  Field start(field.size());
+  Field known(field.size());
+  each_block(blocks, [&](std::size_t b) {
+    Padded d;
+    load(blocks, field, kDistance, b, d);
+    for (int v = 0; v < kVoxels; ++v) {
+      const std::size_t at = b * kVoxels + std::size_t(v);
+      const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
+      const std::optional<float> distance = near(d, i, j, k);
+      known[at] = distance.has_value();
+      start[at] = distance.value_or(std::copysign(kFar, d[i][j][k]));
+    }
+  });
+  return spread(blocks, std::move(start), known, passes);
 }
 
 }  // namespace
 
 Field distance_from_crossings(const Blocks& blocks, const Field& field) {
-  Field start(field.size());
-  Field known(field.size());
-  each_block(blocks, [&](std::size_t b) {
-    Padded d;
-    load(blocks, field, kDistance, b, d);
-    for (int v = 0; v < kVoxels; ++v) {
-      const std::size_t at = b * kVoxels + std::size_t(v);
-      const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
-      const float near = crossing_distance(d, i, j, k);
-      known[at] = near != 0;
-      start[at] = known[at] ? near : std::copysign(kFar, d[i][j][k]);
-    }
-  });
   constexpr int kPasses = 8;   // a diagonal step takes three
-  return spread(blocks, std::move(start), known, kPasses);
+  return distance_from(blocks, field, kPasses, crossing_distance);
 }
 
 Field distance_from_slope(const Blocks& blocks, const Field& field) {
   constexpr float kSmooth = 2.2f;   // a vertex normal reads voxels up to two from the surface
-  Field start(field.size());
-  Field known(field.size());
-  each_block(blocks, [&](std::size_t b) {
-    Padded d;
-    load(blocks, field, kDistance, b, d);
-    for (int v = 0; v < kVoxels; ++v) {
-      const std::size_t at = b * kVoxels + std::size_t(v);
-      const int i = v / (kBlock * kBlock) + 1, j = v / kBlock % kBlock + 1, k = v % kBlock + 1;
-      const Eigen::Vector3f slope(d[i + 1][j][k] - d[i - 1][j][k], d[i][j + 1][k] - d[i][j - 1][k], d[i][j][k + 1] - d[i][j][k - 1]);
-      const float near = d[i][j][k] / std::clamp(slope.norm() / 2, 0.85f, 1.2f);   // outside this range phi is a ridge, not a slope
-      known[at] = std::fabs(near) < kSmooth;
-      start[at] = known[at] ? near : std::copysign(kFar, d[i][j][k]);
-    }
+  constexpr int kPasses = 4;        // from 2.2 to beyond the band
+  return distance_from(blocks, field, kPasses, [](const Padded& d, int i, int j, int k) -> std::optional<float> {
+    const Eigen::Vector3f slope(d[i + 1][j][k] - d[i - 1][j][k], d[i][j + 1][k] - d[i][j - 1][k], d[i][j][k + 1] - d[i][j][k - 1]);
+    const float near = d[i][j][k] / std::clamp(slope.norm() / 2, 0.85f, 1.2f);   // outside this range phi is a ridge, not a slope
+    if (!(std::fabs(near) < kSmooth)) return {};
+    return near;
   });
-  constexpr int kPasses = 4;   // from 2.2 to beyond the band
-  return spread(blocks, std::move(start), known, kPasses);
 }
 
 void cut(const Blocks& blocks, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance) {

@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 
+#include "surface/field/footprint.h"
 #include "surface/field/level_set.h"
 
 namespace surface::field {
@@ -19,24 +20,16 @@ struct Sums {
 
 /// Adds a particle at `at` to the voxels within `search`.
 void add(Sums& sums, const Vec3f& at, float company, float search) {
-  const float square = search * search, inverse = 1 / square;
-  const auto first = [&](int a) { return std::max(0, int(std::ceil(at[a] - search))); };
-  const auto last = [&](int a) { return std::min(kBlock - 1, int(std::floor(at[a] + search))); };
-  const Row z2 = (Row::LinSpaced(0, kBlock - 1) - at[2]).square();
-  const int first_y = first(1), last_y = last(1), last_x = last(0);
-  for (int i = first(0); i <= last_x; ++i)
-    for (int j = first_y; j <= last_y; ++j) {
-      const float xy2 = (float(i) - at[0]) * (float(i) - at[0]) + (float(j) - at[1]) * (float(j) - at[1]);
-      if (xy2 >= square) continue;
-      const std::size_t row = std::size_t(i * kBlock + j);
-      const Row d2 = z2 + xy2, t = (1 - d2 * inverse).max(0.0f), w = t * t * t;
-      sums.weight[row] += w;
-      sums.x[row] += w * at[0];
-      sums.y[row] += w * at[1];
-      sums.z[row] += w * at[2];
-      sums.company[row] += w * company;
-      sums.nearest[row] = sums.nearest[row].min(d2);
-    }
+  const float inverse = 1 / (search * search);
+  each_row_within(at, search, [&](std::size_t row, float xy2, const Row& z2) {
+    const Row d2 = z2 + xy2, w = weight_within(d2, inverse);
+    sums.weight[row] += w;
+    sums.x[row] += w * at[0];
+    sums.y[row] += w * at[1];
+    sums.z[row] += w * at[2];
+    sums.company[row] += w * company;
+    sums.nearest[row] = sums.nearest[row].min(d2);
+  });
 }
 
 Row averaged_sphere(const Sums& sums, std::size_t row, const Row& inverse, const Scale& scale) {

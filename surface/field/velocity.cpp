@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "surface/field/footprint.h"
 #include "surface/field/level_set.h"
 
 namespace surface::field {
@@ -17,24 +18,16 @@ struct Sums {
   }
 };
 
-/// Weights (1 - s^2)^3.
 void add(Sums& sums, const Vec3f& at, const Vec3f& velocity, float search) {
-  const float square = search * search, inverse = 1 / square;
-  const auto first = [&](int a) { return std::max(0, int(std::ceil(at[a] - search))); };
-  const auto last = [&](int a) { return std::min(kBlock - 1, int(std::floor(at[a] + search))); };
-  const Row z2 = (Row::LinSpaced(0, kBlock - 1) - at[2]).square();
-  const int first_y = first(1), last_y = last(1), last_x = last(0);
-  for (int i = first(0); i <= last_x; ++i)
-    for (int j = first_y; j <= last_y; ++j) {
-      const std::size_t row = std::size_t(i * kBlock + j);
-      const float xy2 = (float(i) - at[0]) * (float(i) - at[0]) + (float(j) - at[1]) * (float(j) - at[1]);
-      if (!sums.wanted[row] || xy2 >= square) continue;
-      const Row t = (1 - (z2 + xy2) * inverse).max(0.0f), w = t * t * t;
-      sums.weight[row] += w;
-      sums.x[row] += w * velocity[0];
-      sums.y[row] += w * velocity[1];
-      sums.z[row] += w * velocity[2];
-    }
+  const float inverse = 1 / (search * search);
+  each_row_within(at, search, [&](std::size_t row, float xy2, const Row& z2) {
+    if (!sums.wanted[row]) return;
+    const Row w = weight_within(z2 + xy2, inverse);
+    sums.weight[row] += w;
+    sums.x[row] += w * velocity[0];
+    sums.y[row] += w * velocity[1];
+    sums.z[row] += w * velocity[2];
+  });
 }
 
 /// Velocity where a particle is near, and where it is: 1, else 0.
