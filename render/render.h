@@ -70,6 +70,7 @@ struct Setting {
   std::vector<sim::Collider> colliders;                     // drawn with their looks
   std::string liquid_look = "water";
   base::Box domain;                                         // its floor is the ground
+  std::int64_t dimension = 3;                               // 2: the plane z = 0, y up, drawn flat
   /// Visits [render], [camera], [[light]] and [look.NAME].
   void params(base::Params&);
 };

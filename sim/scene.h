@@ -12,6 +12,8 @@ namespace sim {
 
 enum class Transfer { pic, flip, apic, polypic };
 enum class Kernel { linear, quadratic };
+/// How coefficients reach the next step: as they are, scaled so that no mode gains energy, or that only beside light nodes.
+enum class Carry { fixed, limited, hybrid };
 enum class Seeding { jitter, regular };
 enum class Precision { single_precision, double_precision };
 

@@ -6,6 +6,7 @@
 #include "base/ledger.h"
 #include "sim/frame.h"
 #include "sim/scene.h"
+#include "sim/state.h"
 
 namespace sim {
 
@@ -18,6 +19,10 @@ class Simulation {
   virtual bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) = 0;
   virtual Frame frame() const = 0;    // the particles now
   virtual Totals totals() const = 0;  // the sums now; counters since the frame before
+  /// All that the future depends on, to the bit.
+  virtual State state() const = 0;
+  /// Stands where `state` was taken, from the same scene. Throws base::Error when the state does not fit the scene.
+  virtual void restore(const State&) = 0;
 };
 
 /// Particles seeded, grid allocated, at t = 0 and frame 1. Throws base::Error when the scene holds no particle.

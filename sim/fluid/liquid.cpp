@@ -49,6 +49,8 @@ class Liquid final : public Simulation {
 
   Frame frame() const override;
   Totals totals() const override;
+  State state() const override;
+  void restore(const State&) override;
 
  private:
   /// One step of at most `left` [s]; returns its length.
@@ -220,6 +222,33 @@ Totals Liquid<D, Real>::totals() const {
   t.max_speed = max_speed();
   t.state_hash = state_hash();
   return t;
+}
+
+template <int D, class Real>
+State Liquid<D, Real>::state() const {
+  State s;
+  s.frame = frame_;
+  s.columns.push_back(make_column<std::int32_t>("cell", particles_.cell, D));
+  s.columns.push_back(make_column<Real>("offset", particles_.offset, D));
+  s.columns.push_back(make_column<Real>("coefficients", particles_.coefficients, std::int64_t(particles_.row())));
+  s.columns.push_back(make_column<std::int64_t>("id", particles_.id, 1));
+  return s;
+}
+
+template <int D, class Real>
+void Liquid<D, Real>::restore(const State& s) {
+  const Column* const id = s.find("id");
+  Particles<D, Real> p;
+  p.modes = particles_.modes, p.mass = particles_.mass;
+  const std::int64_t n = id ? id->rows : 0;
+  const bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, p.id) && read_column<std::int32_t>(s, "cell", n, D, p.cell) &&
+                    read_column<Real>(s, "offset", n, D, p.offset) &&
+                    read_column<Real>(s, "coefficients", n, std::int64_t(p.row()), p.coefficients) &&
+                    std::all_of(p.cell.begin(), p.cell.end(), [&](const Cell<D>& c) { return lattice_.inside(c); });
+  if (!fits) throw base::Error({.message = "the state does not fit the scene"});
+  particles_ = std::move(p);
+  frame_ = s.frame;
+  counters_ = {};
 }
 
 /// A hash of each particle's id, place and coefficients, summed: the order of storage does not matter.

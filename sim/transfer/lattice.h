@@ -17,12 +17,13 @@ struct Lattice {
   Cell<D> cells{};                           // of the domain
   std::array<std::ptrdiff_t, D> extent{};    // of the arrays: cells + ring + one more face
   std::array<std::ptrdiff_t, D> stride{};
+  std::array<bool, D> periodic{};            // axes whose lower and upper side are one
   std::size_t size = 0;
   Cell<D> blocks{};
   std::size_t block_count = 1;
 
   Lattice() = default;
-  explicit Lattice(const Cell<D>& domain_cells) : cells(domain_cells) {
+  explicit Lattice(const Cell<D>& domain_cells, const std::array<bool, D>& periodic_axes = {}) : cells(domain_cells), periodic(periodic_axes) {
     size = 1;
     for (int a = D - 1; a >= 0; --a) {
       extent[a] = cells[a] + 2 * kPad + 1;
@@ -40,6 +41,12 @@ struct Lattice {
   Cell<D> cell_at(std::ptrdiff_t index) const {
     Cell<D> at;
     for (int a = 0; a < D; ++a) at[a] = int(index / stride[a] % extent[a]) - kPad;
+    return at;
+  }
+  /// The cell inside the domain that `at` is an image of, on periodic axes.
+  Cell<D> wrapped(Cell<D> at) const {
+    for (int a = 0; a < D; ++a)
+      if (periodic[a]) at[a] = (at[a] % cells[a] + cells[a]) % cells[a];
     return at;
   }
   bool inside(const Cell<D>& at) const {

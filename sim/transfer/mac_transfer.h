@@ -30,6 +30,13 @@ struct GatherRule {
   double keep = 0;   // [1] exp(-dt / flip_time)
 };
 
+/// Where particles stood when they gathered; kept only for a carry that limits.
+template <int D, class Real>
+struct Departure {
+  std::vector<Cell<D>> cell;
+  std::vector<Vec<D, Real>> offset;
+};
+
 /// The transfer of one scheme: mode set and kernel. Stateless between calls.
 template <int D, class Real>
 class MacTransfer {
@@ -40,6 +47,9 @@ class MacTransfer {
   void scatter(const Particles<D, Real>&, const CellRanges&, MacVelocity<D, Real>&) const;
   /// G2P: coefficients from face velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
   void gather(const FaceField<D, Real>& velocity, const FaceField<D, Real>* before, const GatherRule&, Particles<D, Real>&) const;
+  /// After motion, push-out and corrections: scales coefficients so that no mode's energy grew on the way from `from` (Carry::limited),
+  /// or only where a node of the stencil at `from` was light in `mass` (Carry::hybrid). Returns how many coefficients it scaled.
+  std::int64_t limit(const Departure<D, Real>& from, const FaceField<D, Real>& mass, Carry, Particles<D, Real>&) const;
   /// The grid velocity [m/s] at a site inside the domain, interpolated with the kernel.
   Vec<D, Real> velocity_at(const FaceField<D, Real>& velocity, const Site<D, Real>&) const;
   /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum [kg m^2/s] about the domain's lower corner: the polynomial's, all
