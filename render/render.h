@@ -109,6 +109,9 @@ class PathTracer {
 /// Particles as points coloured by speed, with a colour bar and `caption`. Same bits for any number of threads.
 Image preview(const Setting&, const sim::Frame&, const std::string& caption, double top_speed);
 
+/// A picture as displayed (a preview), its R, G and B decoded from sRGB: what an EXR file holds. Other channels stay as they are.
+Image scene_linear(const Image& display);
+
 /// EXR: half for colour (what is above 65504, the largest half, is written as that), float for the rest, ZIP, metadata. Atomic.
 /// A pixel that is not finite throws base::Error (exit 1), and no file is written.
 void write_exr(const std::filesystem::path&, const Image&, const Stamp&, base::Ledger&);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/render.h"
+
 namespace render::image {
 namespace {
 
@@ -24,6 +26,8 @@ float srgb_code(float linear) {
   return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 
+float srgb_light(float code) { return code <= 0.04045f ? code / 12.92f : std::pow((code + 0.055f) / 1.055f, 2.4f); }
+
 base::Vec3f filmic(const base::Vec3f& scene) {
   const float mean = scene.sum() / 3;
   base::Vec3f mixed;
@@ -35,3 +39,17 @@ base::Vec3f filmic(const base::Vec3f& scene) {
 }
 
 }  // namespace render::image
+
+namespace render {
+
+Image scene_linear(const Image& display) {
+  Image image = display;
+  const std::size_t channels = image.channels.size();
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const std::string& channel = image.channels[i % channels];
+    if (channel == "R" || channel == "G" || channel == "B") image.pixels[i] = image::srgb_light(image.pixels[i]);
+  }
+  return image;
+}
+
+}  // namespace render
