@@ -1,13 +1,10 @@
 #pragma once
 // Particles <-> the velocity faces of a MAC grid. Each velocity component lives on a lattice of its own: uncentred on its own axis,
-// centred on the others. Masses are in units of a particle's mass.
+// centred on the others.
 #include <array>
 #include <vector>
 
-#include "sim/scene.h"
-#include "sim/transfer/modes.h"
-#include "sim/transfer/order.h"
-#include "sim/transfer/tensor.h"
+#include "sim/transfer/grid_transfer.h"
 
 namespace sim {
 
@@ -17,58 +14,30 @@ struct FaceField : std::array<std::vector<Real>, std::size_t(D)> {};
 
 template <int D, class Real>
 struct MacVelocity {
-  FaceField<D, Real> velocity;   // [m/s]
-  FaceField<D, Real> mass;       // [particles]; a face lighter than kLightestNode is invalid and has velocity 0
+  FaceField<D, Real> velocity;     // [m/s]
+  FaceField<D, Real> mass;         // [particles]; a face not heavier than kLightestNode is invalid and has velocity 0
+  std::int64_t light_faces = 0;    // faces that particles reached but left invalid
 };
 
-/// Below this mass, in units of a particle's, a node's velocity is not defined.
-inline constexpr double kLightestNode = 1e-28;
-
-/// How an updated grid velocity becomes the particles': FLIP keeps `keep` of what a particle had and adds the change.
-struct GatherRule {
-  bool flip = false;
-  double keep = 0;   // [1] exp(-dt / flip_time)
+/// Component a on lattice a.
+template <int dimension, class Number>
+struct FaceLayout {
+  static constexpr int kDimension = dimension, kLattices = dimension, kComponents = 1;   // components a lattice
+  using Real = Number;
+  using Field = FaceField<dimension, Real>;
+  using Mass = FaceField<dimension, Real>;
+  using Grid = MacVelocity<dimension, Real>;
+  static constexpr bool centred(int lattice, int axis) { return axis != lattice; }
+  static constexpr int component(int lattice, int) { return lattice; }
+  static auto& at(auto& velocity, int component, std::size_t i) { return velocity[component][i]; }
+  static auto& mass(auto& masses, int lattice) { return masses[lattice]; }
+  static std::int64_t& light(Grid& grid) { return grid.light_faces; }
+  static void clear(Field& velocity, std::size_t size) {
+    for (auto& component : velocity) component.assign(size, 0);
+  }
 };
 
-/// Where particles stood when they gathered; kept only for a carry that limits.
 template <int D, class Real>
-struct Departure {
-  std::vector<Cell<D>> cell;
-  std::vector<Vec<D, Real>> offset;
-};
-
-/// The transfer of one scheme: mode set and kernel. Stateless between calls.
-template <int D, class Real>
-class MacTransfer {
- public:
-  MacTransfer(const Lattice<D>& lattice, Kernel kernel, std::vector<ModeIndex<D>> modes);
-
-  /// P2G: face masses and velocities from particles in canonical order. Scatters block by block in 2^D colours: sums keep one order.
-  void scatter(const Particles<D, Real>&, const CellRanges&, MacVelocity<D, Real>&) const;
-  /// G2P: coefficients from face velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
-  void gather(const FaceField<D, Real>& velocity, const FaceField<D, Real>* before, const GatherRule&, Particles<D, Real>&) const;
-  /// After motion, push-out and corrections: scales coefficients so that no mode's energy grew on the way from `from` (Carry::limited),
-  /// or only where a node of the stencil at `from` was light in `mass` (Carry::hybrid). Returns how many coefficients it scaled.
-  std::int64_t limit(const Departure<D, Real>& from, const FaceField<D, Real>& mass, Carry, Particles<D, Real>&) const;
-  /// The grid velocity [m/s] at a site inside the domain, interpolated with the kernel.
-  Vec<D, Real> velocity_at(const FaceField<D, Real>& velocity, const Site<D, Real>&) const;
-  /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum [kg m^2/s] about the domain's lower corner: the polynomial's, all
-  /// modes counted. h is the cell size [m].
-  struct Sums {
-    double kinetic_energy = 0;
-    base::Vec3 linear_momentum = base::Vec3::Zero(), angular_momentum = base::Vec3::Zero();
-  };
-  Sums sums(const Particles<D, Real>&, double h) const;
-  /// The same momenta of the grid, over valid faces.
-  Sums sums(const MacVelocity<D, Real>&, double particle_mass, double h) const;
-
-  const std::vector<ModeIndex<D>>& modes() const { return modes_; }
-
- private:
-  Lattice<D> lattice_;
-  Kernel kernel_;
-  std::vector<ModeIndex<D>> modes_;
-  std::vector<int> place_;   // of each mode in the stencil's tensor
-};
+using MacTransfer = GridTransfer<FaceLayout<D, Real>>;
 
 }  // namespace sim

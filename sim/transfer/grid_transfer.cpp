@@ -1,0 +1,379 @@
+#include "sim/transfer/grid_transfer.h"
+
+#include <cassert>
+
+#include "base/parallel.h"
+#include "sim/transfer/carry.h"
+#include "sim/transfer/mac_transfer.h"
+#include "sim/transfer/node_transfer.h"
+
+namespace sim {
+namespace {
+
+constexpr std::size_t kChunk = 4096;
+
+/// The bases of a particle, evaluated once and shared by the lattices: an axis has one for corners and one for middles.
+template <class Basis, class Layout>
+struct ParticleStencils {
+  static constexpr int D = Layout::kDimension;
+  std::array<Basis, D> corner, middle;
+
+  template <class Real>
+  ParticleStencils(const Cell<D>& cell, const Vec<D, Real>& offset) {
+    for (int a = 0; a < D; ++a) {
+      corner[a] = Basis(cell[a], offset[a], false);
+      if constexpr (Layout::kLattices > 1) middle[a] = Basis(cell[a], offset[a], true);
+    }
+  }
+  Stencil<Basis, D> of(int lattice) const {
+    Stencil<Basis, D> s;
+    for (int a = 0; a < D; ++a) s[a] = Layout::centred(lattice, a) ? middle[a] : corner[a];
+    return s;
+  }
+};
+
+/// Array index of each node of a stencil, relative to the first.
+template <int n, int D>
+constexpr std::array<std::ptrdiff_t, std::size_t(int_power(n, D))> node_steps(const std::array<std::ptrdiff_t, D>& stride) {
+  std::array<std::ptrdiff_t, std::size_t(int_power(n, D))> steps{};
+  for (int node = 0; node < int(steps.size()); ++node)
+    for (int a = D - 1, rest = node; a >= 0; --a, rest /= n) steps[node] += (rest % n) * stride[a];
+  return steps;
+}
+
+template <class Basis, int D>
+Cell<D> first_node(const Stencil<Basis, D>& s) {
+  Cell<D> at;
+  for (int a = 0; a < D; ++a) at[a] = s[a].base;
+  return at;
+}
+
+/// Calls body with a type tag for the kernel's basis: the choice is made once, outside the particle loops.
+template <class Real, class Body>
+auto with_basis(Kernel kernel, const Body& body) {
+  if (kernel == Kernel::linear) return body(LinearBasis<Real>{});
+  return body(QuadraticBasis<Real>{});
+}
+
+/// Blocks of one colour reach no common node. Two colours an axis are enough, unless the axis is periodic and its blocks do not alternate
+/// all around: then the last two have colours of their own.
+template <int D>
+std::size_t colour_of(const Cell<D>& block, const Lattice<D>& lattice) {
+  std::size_t colour = 0;
+  for (int a = D - 1; a >= 0; --a) {
+    const bool alternates = !lattice.periodic[a] || lattice.cells[a] % (2 * Lattice<D>::kBlock) == 0;
+    const int from_end = lattice.blocks[a] - 1 - block[a];
+    colour = colour * 4 + std::size_t(alternates || from_end > 1 ? block[a] % 2 : 3 - from_end);
+  }
+  return colour;
+}
+
+/// Calls body(block) for the occupied blocks, one colour after another.
+template <int D, class Body>
+void for_blocks_by_colour(const CellRanges& ranges, const Lattice<D>& lattice, const Body& body) {
+  std::array<std::vector<std::uint32_t>, std::size_t(int_power(4, D))> colours;
+  for (const std::uint32_t block : ranges.occupied) colours[colour_of<D>(lattice.block_at(block), lattice)].push_back(block);
+  for (const auto& blocks : colours)
+    base::parallel_chunks(blocks.size(), 1, [&](std::size_t begin, std::size_t) { body(blocks[begin]); });
+}
+
+/// What the particles of one block bring to the grid: its cells' nodes and those around that an n-node stencil reaches.
+template <class Layout, int n>
+class BlockSums {
+ public:
+  static constexpr int D = Layout::kDimension, kEdge = Lattice<D>::kBlock + n;
+  using Real = typename Layout::Real;
+  static constexpr std::array<std::ptrdiff_t, D> kStride = [] {
+    std::array<std::ptrdiff_t, D> stride{};
+    for (int a = 0; a < D; ++a) stride[a] = int_power(kEdge, D - 1 - a);
+    return stride;
+  }();
+  static constexpr auto kSteps = node_steps<n, D>(kStride);
+
+  explicit BlockSums(const Cell<D>& block) {
+    for (int a = 0; a < D; ++a) lower_[a] = block[a] * Lattice<D>::kBlock - 1;
+  }
+
+  template <class Basis>
+  void add(const Particles<D, Real>& particles, std::size_t p, const std::vector<int>& place) {
+    const ParticleStencils<Basis, Layout> stencils(particles.cell[p], particles.offset[p]);
+    for (int l = 0; l < Layout::kLattices; ++l) {
+      const Stencil<Basis, D> stencil = stencils.of(l);
+      const Tensor<Real, n, D> w = weights<D>(stencil);
+      const Cell<D> at = first_node<Basis, D>(stencil);
+      std::ptrdiff_t first = 0;
+      for (int a = 0; a < D; ++a) first += (at[a] - lower_[a]) * kStride[a];
+      for (std::size_t node = 0; node < w.size(); ++node) mass_[l][std::size_t(first + kSteps[node])] += w[node];
+      for (int k = 0; k < Layout::kComponents; ++k) {
+        const int component = Layout::component(l, k);
+        const std::span<const Real> c = particles.component(p, component);
+        Tensor<Real, n, D> value{};
+        for (std::size_t r = 0; r < place.size(); ++r) value[place[r]] = c[r];
+        evaluate<D>(stencil, value);
+        for (std::size_t node = 0; node < w.size(); ++node) momentum_[component][std::size_t(first + kSteps[node])] += w[node] * value[node];
+      }
+    }
+  }
+
+  /// Adds to the grid's arrays; what lies beyond a periodic side goes to the other one.
+  void add_to(typename Layout::Grid& grid, const Lattice<D>& lattice) const {
+    Cell<D> reach;                                               // nodes that a particle of the block can reach; none beyond the arrays
+    std::array<std::array<std::ptrdiff_t, kEdge>, D> target{};   // of each coordinate, its part of the array index
+    for (int a = 0; a < D; ++a) {
+      reach[a] = std::min(Lattice<D>::kBlock, lattice.cells[a] - lower_[a] - 1) + n;
+      for (int k = 0; k < reach[a]; ++k) {
+        const int at = lower_[a] + k, cells = lattice.cells[a];
+        target[a][k] = ((lattice.periodic[a] ? (at + cells) % cells : at) + Lattice<D>::kPad) * lattice.stride[a];
+      }
+    }
+    int rows = 1;
+    for (int a = 0; a + 1 < D; ++a) rows *= reach[a];
+    for (int row = 0; row < rows; ++row) {
+      std::ptrdiff_t from = 0, to = 0;
+      for (int a = D - 2, rest = row; a >= 0; --a, rest /= reach[a + 1]) {
+        from += (rest % reach[a]) * kStride[a];
+        to += target[a][rest % reach[a]];
+      }
+      for (int l = 0; l < Layout::kLattices; ++l)
+        for (int k = 0; k < reach[D - 1]; ++k) Layout::mass(grid.mass, l)[std::size_t(to + target[D - 1][k])] += mass_[l][std::size_t(from + k)];
+      for (int c = 0; c < D; ++c)
+        for (int k = 0; k < reach[D - 1]; ++k) Layout::at(grid.velocity, c, std::size_t(to + target[D - 1][k])) += momentum_[c][std::size_t(from + k)];
+    }
+  }
+
+ private:
+  static constexpr std::size_t kSize = std::size_t(int_power(kEdge, D));
+  Cell<D> lower_;                                              // the node at index 0
+  std::array<std::array<Real, kSize>, Layout::kLattices> mass_{};
+  std::array<std::array<Real, kSize>, D> momentum_{};
+};
+
+/// Momenta become velocities; what is too light becomes 0 and is counted where a particle reached it.
+template <class Layout>
+std::int64_t divide_by_mass(typename Layout::Grid& grid, std::size_t size) {
+  using Real = typename Layout::Real;
+  std::int64_t light = 0;
+  for (int l = 0; l < Layout::kLattices; ++l) {
+    const std::vector<Real>& mass = Layout::mass(grid.mass, l);
+    light = base::ordered_reduce(size, 65536, light, [&](std::size_t begin, std::size_t end) {
+      std::int64_t found = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const bool valid = double(mass[i]) > kLightestNode;
+        found += !valid && mass[i] > 0;
+        for (int k = 0; k < Layout::kComponents; ++k) {
+          Real& v = Layout::at(grid.velocity, Layout::component(l, k), i);
+          v = valid ? v / mass[i] : Real(0);
+        }
+      }
+      return found;
+    }, [](std::int64_t a, std::int64_t b) { return a + b; });
+  }
+  return light;
+}
+
+}  // namespace
+
+template <class Layout>
+GridTransfer<Layout>::GridTransfer(const Lattice<D>& lattice, Kernel kernel, std::vector<ModeIndex<D>> modes)
+    : lattice_(lattice), kernel_(kernel), modes_(std::move(modes)) {
+  for (const ModeIndex<D>& mode : modes_)
+    place_.push_back(kernel == Kernel::linear ? tensor_place<2, D>(mode) : tensor_place<3, D>(mode));
+}
+
+template <class Layout>
+void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const CellRanges& ranges, Grid& grid) const {
+  assert(particles.modes == int(modes_.size()));
+  Layout::clear(grid.velocity, lattice_.size);
+  for (int l = 0; l < Layout::kLattices; ++l) Layout::mass(grid.mass, l).assign(lattice_.size, 0);
+  with_basis<Real>(kernel_, [&](auto basis) {
+    using Basis = decltype(basis);
+    for_blocks_by_colour<D>(ranges, lattice_, [&](std::size_t block) {
+      BlockSums<Layout, Basis::kNodes> sums(lattice_.block_at(block));
+      const std::size_t begin = ranges.begin[block * Lattice<D>::kCellsPerBlock], end = ranges.begin[(block + 1) * Lattice<D>::kCellsPerBlock];
+      for (std::size_t p = begin; p < end; ++p) sums.template add<Basis>(particles, p, place_);
+      sums.add_to(grid, lattice_);
+    });
+  });
+  Layout::light(grid) = divide_by_mass<Layout>(grid, lattice_.size);
+  fill_images(grid.velocity, lattice_);
+  fill_images(grid.mass, lattice_);
+}
+
+template <class Layout>
+void GridTransfer<Layout>::gather(const Field& velocity, const Field* before, const GatherRule& rule, Particles<D, Real>& particles) const {
+  assert(!rule.flip || before);
+  with_basis<Real>(kernel_, [&](auto basis) {
+    using Basis = decltype(basis);
+    constexpr int n = Basis::kNodes;
+    const auto steps = node_steps<n, D>(lattice_.stride);
+    base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        const ParticleStencils<Basis, Layout> stencils(particles.cell[p], particles.offset[p]);
+        for (int l = 0; l < Layout::kLattices; ++l) {
+          const Stencil<Basis, D> stencil = stencils.of(l);
+          const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
+          for (int k = 0; k < Layout::kComponents; ++k) {
+            const int component = Layout::component(l, k);
+            const std::span<Real> c = particles.component(p, component);
+            Tensor<Real, n, D> value;
+            for (std::size_t node = 0; node < value.size(); ++node) value[node] = Layout::at(velocity, component, std::size_t(first + steps[node]));
+            if (rule.flip) {
+              const Tensor<Real, n, D> w = weights<D>(stencil);
+              Real now = 0, then = 0;
+              for (std::size_t node = 0; node < value.size(); ++node) {
+                now += w[node] * value[node];
+                then += w[node] * Layout::at(*before, component, std::size_t(first + steps[node]));
+              }
+              c[0] = now + Real(rule.keep) * (c[0] - then);
+              continue;
+            }
+            analyse<D>(stencil, value);
+            for (std::size_t r = 0; r < place_.size(); ++r) c[r] = value[place_[r]];
+          }
+        }
+      }
+    });
+  });
+}
+
+template <class Layout>
+std::int64_t GridTransfer<Layout>::limit(const Departure<D, Real>& from, const Mass& mass, Carry carry, Particles<D, Real>& particles) const {
+  if (carry == Carry::fixed) return 0;
+  assert(kernel_ == Kernel::quadratic && "the scene refuses other carries with the linear kernel");
+  assert(from.cell.size() == particles.size() && from.offset.size() == particles.size());
+  using Basis = QuadraticBasis<Real>;
+  const auto steps = node_steps<Basis::kNodes, D>(lattice_.stride);
+  std::vector<unsigned> axes;   // of each mode
+  for (const ModeIndex<D>& mode : modes_) axes.push_back(bent_axes<D>(mode));
+
+  const auto beside_light = [&](const Stencil<Basis, D>& stencil, const std::vector<Real>& masses) {
+    const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
+    return std::any_of(steps.begin(), steps.end(), [&](std::ptrdiff_t step) { return masses[std::size_t(first + step)] < Real(kLightNode); });
+  };
+  return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
+    std::int64_t scaled = 0;
+    for (std::size_t p = begin; p < end; ++p) {
+      const ParticleStencils<Basis, Layout> there(from.cell[p], from.offset[p]), here(particles.cell[p], particles.offset[p]);
+      for (int l = 0; l < Layout::kLattices; ++l) {
+        const Stencil<Basis, D> before = there.of(l), now = here.of(l);
+        if (carry == Carry::hybrid && !beside_light(before, Layout::mass(mass, l))) continue;
+        std::array<Real, std::size_t(int_power(2, D))> factor{};   // by bent axes
+        for (unsigned bent = 1; bent < factor.size(); ++bent) {
+          Real product_before = 1, product_now = 1;
+          for (int a = 0; a < D; ++a) {
+            if (!(bent >> a & 1)) continue;
+            product_before *= root_norm_of_g(before[a].x);
+            product_now *= root_norm_of_g(now[a].x);
+          }
+          factor[bent] = limited_factor(product_before, product_now);
+        }
+        for (int k = 0; k < Layout::kComponents; ++k) {
+          const std::span<Real> c = particles.component(p, Layout::component(l, k));
+          for (std::size_t r = 0; r < axes.size(); ++r) {
+            if (axes[r] == 0 || factor[axes[r]] >= 1) continue;
+            c[r] *= factor[axes[r]];
+            ++scaled;
+          }
+        }
+      }
+    }
+    return scaled;
+  }, [](std::int64_t a, std::int64_t b) { return a + b; });
+}
+
+template <class Layout>
+auto GridTransfer<Layout>::velocity_at(const Field& velocity, const Site<D, Real>& site) const -> Vec<D, Real> {
+  return with_basis<Real>(kernel_, [&](auto basis) {
+    using Basis = decltype(basis);
+    const auto steps = node_steps<Basis::kNodes, D>(lattice_.stride);
+    const ParticleStencils<Basis, Layout> stencils(site.cell, site.offset);
+    Vec<D, Real> v = Vec<D, Real>::Zero();
+    for (int l = 0; l < Layout::kLattices; ++l) {
+      const Stencil<Basis, D> stencil = stencils.of(l);
+      const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
+      const auto w = weights<D>(stencil);
+      for (int k = 0; k < Layout::kComponents; ++k)
+        for (std::size_t node = 0; node < w.size(); ++node)
+          v[Layout::component(l, k)] += w[node] * Layout::at(velocity, Layout::component(l, k), std::size_t(first + steps[node]));
+    }
+    return v;
+  });
+}
+
+template <class Layout>
+auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) const -> Sums {
+  const auto add = [](Sums s, const Sums& t) {
+    s.kinetic_energy += t.kinetic_energy;
+    s.linear_momentum += t.linear_momentum;
+    s.angular_momentum += t.angular_momentum;
+    return s;
+  };
+  return with_basis<double>(kernel_, [&](auto basis) {
+    using Basis = decltype(basis);
+    return base::ordered_reduce(particles.size(), kChunk, Sums{}, [&](std::size_t begin, std::size_t end) {
+      Sums s;
+      for (std::size_t p = begin; p < end; ++p) {
+        const Vec<D, double> offset = particles.offset[p].template cast<double>();
+        const ParticleStencils<Basis, Layout> stencils(particles.cell[p], offset);
+        base::Vec3 place = base::Vec3::Zero(), momentum = base::Vec3::Zero(), spin = base::Vec3::Zero();
+        place.head<D>() = h * particles.place(p);
+        for (int i = 0; i < D; ++i) {
+          const int l = i / Layout::kComponents, a = Layout::component(l, i % Layout::kComponents);
+          const Stencil<Basis, D> stencil = stencils.of(l);
+          const std::span<const Real> c = particles.component(p, a);
+          momentum[a] = particles.mass * double(c[0]);
+          for (std::size_t r = 0; r < modes_.size(); ++r) {
+            double norm = 1;
+            int degree = 0, axis = 0;
+            for (int b = 0; b < D; ++b) {
+              norm *= stencil[b].norm(modes_[r][b]);
+              degree += modes_[r][b];
+              if (modes_[r][b]) axis = b;
+            }
+            s.kinetic_energy += 0.5 * particles.mass * double(c[r]) * double(c[r]) * norm;
+            // The mode w_axis of component a carries the moment m h c <w, w> about the particle itself.
+            if (degree == 1) spin += base::Vec3::Unit(axis).cross(base::Vec3::Unit(a)) * (particles.mass * h * double(c[r]) * norm);
+          }
+        }
+        s.linear_momentum += momentum;
+        s.angular_momentum += place.cross(momentum) + spin;
+      }
+      return s;
+    }, add);
+  });
+}
+
+template <class Layout>
+auto GridTransfer<Layout>::sums(const Grid& grid, double particle_mass, double h) const -> Sums {
+  Sums s;
+  for (std::size_t i = 0; i < lattice_.size; ++i) {
+    const Cell<D> at = lattice_.cell_at(std::ptrdiff_t(i));
+    if (lattice_.wrapped(at) != at) continue;
+    for (int l = 0; l < Layout::kLattices; ++l) {
+      const double mass = double(Layout::mass(grid.mass, l)[i]);
+      if (mass <= kLightestNode) continue;
+      base::Vec3 place = base::Vec3::Zero(), momentum = base::Vec3::Zero();
+      for (int b = 0; b < D; ++b) place[b] = h * (at[b] + (Layout::centred(l, b) ? 0.5 : 0.0));
+      for (int k = 0; k < Layout::kComponents; ++k) {
+        const int a = Layout::component(l, k);
+        const double v = double(Layout::at(grid.velocity, a, i));
+        momentum[a] = particle_mass * mass * v;
+        s.kinetic_energy += 0.5 * momentum[a] * v;
+      }
+      s.linear_momentum += momentum;
+      s.angular_momentum += place.cross(momentum);
+    }
+  }
+  return s;
+}
+
+template class GridTransfer<FaceLayout<2, float>>;
+template class GridTransfer<FaceLayout<3, float>>;
+template class GridTransfer<FaceLayout<2, double>>;
+template class GridTransfer<FaceLayout<3, double>>;
+template class GridTransfer<NodeLayout<2, float>>;
+template class GridTransfer<NodeLayout<3, float>>;
+template class GridTransfer<NodeLayout<2, double>>;
+template class GridTransfer<NodeLayout<3, double>>;
+
+}  // namespace sim

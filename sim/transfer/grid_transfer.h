@@ -1,0 +1,77 @@
+#pragma once
+// Particles <-> grid, for grids of any layout: `Layout` says on how many lattices the velocity lives (mac_transfer.h: each component on
+// faces of its own; node_transfer.h: all on the nodes), and what its fields look like. Masses are in units of a particle's mass.
+#include <cstdint>
+#include <vector>
+
+#include "sim/scene.h"
+#include "sim/transfer/images.h"
+#include "sim/transfer/modes.h"
+#include "sim/transfer/order.h"
+#include "sim/transfer/tensor.h"
+
+namespace sim {
+
+/// Up to this mass, in units of a particle's, a face's or node's velocity is not defined: it is invalid and has velocity 0.
+inline constexpr double kLightestNode = 1e-28;
+
+/// Carry::hybrid limits beside faces and nodes lighter than this, in units of a particle's mass. Anything from .001 to .1 does.
+inline constexpr double kLightNode = 0.05;
+
+/// How an updated grid velocity becomes the particles': FLIP keeps `keep` of what a particle had and adds the change.
+struct GatherRule {
+  bool flip = false;
+  double keep = 0;   // [1] exp(-dt / flip_time)
+};
+
+/// Where particles stood when they gathered, in the order they are stored; kept only for a carry that limits.
+template <int D, class Real>
+struct Departure {
+  std::vector<Cell<D>> cell;
+  std::vector<Vec<D, Real>> offset;
+};
+
+/// The transfer of one scheme: mode set and kernel. Stateless between calls.
+template <class Layout>
+class GridTransfer {
+ public:
+  static constexpr int D = Layout::kDimension;
+  using Real = typename Layout::Real;
+  using Field = typename Layout::Field;   // velocity
+  using Mass = typename Layout::Mass;
+  using Grid = typename Layout::Grid;     // both, and the count of invalid places
+
+  GridTransfer(const Lattice<D>& lattice, Kernel kernel, std::vector<ModeIndex<D>> modes);
+
+  /// P2G: masses and velocities from particles in canonical order. Each block sums its particles in an array of its own; the blocks'
+  /// arrays are added colour by colour: sums keep one order. On periodic axes the images are filled.
+  void scatter(const Particles<D, Real>&, const CellRanges&, Grid&) const;
+  /// G2P: coefficients from grid velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
+  void gather(const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
+  /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from
+  /// `from` (Carry::limited), or only where the stencil at `from` has a node lighter than kLightNode in `mass`, that step's (Carry::hybrid).
+  /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled.
+  std::int64_t limit(const Departure<D, Real>& from, const Mass& mass, Carry, Particles<D, Real>&) const;
+  /// The grid velocity [m/s] at a site inside the domain, interpolated with the kernel.
+  Vec<D, Real> velocity_at(const Field& velocity, const Site<D, Real>&) const;
+
+  /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum [kg m^2/s] about the domain's lower corner: the polynomial's, all
+  /// modes counted. h is the cell size [m].
+  struct Sums {
+    double kinetic_energy = 0;
+    base::Vec3 linear_momentum = base::Vec3::Zero(), angular_momentum = base::Vec3::Zero();
+  };
+  Sums sums(const Particles<D, Real>&, double h) const;
+  /// The same of the grid, over valid faces or nodes; images are not counted again.
+  Sums sums(const Grid&, double particle_mass, double h) const;
+
+  const std::vector<ModeIndex<D>>& modes() const { return modes_; }
+
+ private:
+  Lattice<D> lattice_;
+  Kernel kernel_;
+  std::vector<ModeIndex<D>> modes_;
+  std::vector<int> place_;   // of each mode in the stencil's tensor
+};
+
+}  // namespace sim
