@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/differences.h"
 #include "base/ledger.h"
 #include "base/params.h"
 #include "base/vec.h"
@@ -121,9 +122,32 @@ void write_png(const std::filesystem::path&, const Image&, const Options& option
 struct ImageInfo {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;
+  std::vector<std::optional<std::array<double, 2>>> ranges; // of each channel's finite values; empty when it has none
+  std::uint64_t not_finite = 0;                             // values that are NaN or infinite
   std::vector<std::array<std::string, 2>> metadata;
 };
-/// Throws base::Error ("PATH: reason", exit 2) when the file cannot be read.
+/// Reads the whole image; throws base::Error ("PATH: reason", exit 2) when that is not possible.
 ImageInfo info(const std::filesystem::path&);
+/// What the file holds: codes of an 8-bit image as 0 ... 1, floats as they are. Throws base::Error (exit 2) for a file that cannot
+/// be read, and before anything is allocated for one that is too large.
+Image read_image(const std::filesystem::path&);
+
+struct ImageDifference {
+  std::vector<base::Differences> by_channel;                // in the order of the image's channels
+  base::Differences values;                                 // of all channels
+  std::uint64_t pixels = 0, pixels_over = 0;                // a pixel is over the limit when any of its channels is
+  std::optional<double> psnr;                               // [dB] of R, G and B, or of all channels where there are none; empty when they are the same
+  double percent_over() const { return pixels > 0 ? 100 * static_cast<double>(pixels_over) / static_cast<double>(pixels) : 0; }
+};
+/// Both of the same size and channels. A NaN or an infinity differs from everything.
+ImageDifference compare(const Image&, const Image&, double limit);
+
+/// |a - b| times `gain`, for people: R, G and B where they differ, else the first channel that does. Magenta where one is not finite.
+struct DifferencePicture {
+  Image image;                                              // R G B as displayed
+  double gain = 1;
+  std::vector<std::string> shows;                           // channels
+};
+DifferencePicture difference_picture(const Image& a, const Image& b, const ImageDifference&);
 
 }  // namespace render

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
@@ -48,6 +49,27 @@ float dither(std::uint32_t x, std::uint32_t y, std::uint32_t c) {
   h *= 0x297a2d39u;
   h ^= h >> 15;
   return static_cast<float>(h >> 8) * 0x1p-24f;
+}
+
+/// The first line of the library's message, without the path it may start with.
+std::string reason_of(const std::string& message) {
+  return message.empty() ? "cannot be read" : message.substr(0, message.find('\n'));
+}
+
+std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
+  auto in = OIIO::ImageInput::open(path.string());
+  if (!in) base::throw_input(path.string(), reason_of(OIIO::geterror()));
+  return in;
+}
+
+/// Number of values of a flat image that is small enough to be read.
+std::size_t checked_values(const std::filesystem::path& path, const OIIO::ImageSpec& spec) {
+  constexpr std::uint64_t kMost = std::uint64_t(1) << 29;   // 2 GiB as floats
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) base::throw_input(path.string(), "not a flat image");
+  const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+  if (pixels > kMost / static_cast<std::uint64_t>(spec.nchannels))
+    base::throw_input(path.string(), "too large: " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " with " + std::to_string(spec.nchannels) + " channels");
+  return pixels * static_cast<std::uint64_t>(spec.nchannels);
 }
 
 std::size_t channel_index(const Image& image, const char* name) {
@@ -100,12 +122,28 @@ void write_png(const std::filesystem::path& path, const Image& image, const Opti
   write(path, spec, OIIO::TypeUInt8, bytes.data());
 }
 
-ImageInfo info(const std::filesystem::path& path) {
-  const auto in = OIIO::ImageInput::open(path.string());
-  if (!in) base::throw_input(path.string(), OIIO::geterror());
+Image read_image(const std::filesystem::path& path) {
+  const auto in = open(path);
   const OIIO::ImageSpec& spec = in->spec();
-  ImageInfo result{.width = spec.width, .height = spec.height, .channels = spec.channelnames, .metadata = {}};
-  for (const auto& attribute : spec.extra_attribs) result.metadata.push_back({attribute.name().string(), attribute.get_string()});
+  Image image{.width = spec.width, .height = spec.height, .channels = spec.channelnames, .pixels = {}};
+  image.pixels.resize(checked_values(path, spec));
+  if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, image.pixels.data())) base::throw_input(path.string(), reason_of(in->geterror()));
+  return image;
+}
+
+ImageInfo info(const std::filesystem::path& path) {
+  const Image image = read_image(path);
+  ImageInfo result{.width = image.width, .height = image.height, .channels = image.channels, .ranges = {}, .not_finite = 0, .metadata = {}};
+  result.ranges.resize(image.channels.size());
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    auto& range = result.ranges[i % image.channels.size()];
+    const double value = static_cast<double>(image.pixels[i]);
+    if (!std::isfinite(value)) ++result.not_finite;
+    else if (!range) range = {value, value};
+    else range = {std::min((*range)[0], value), std::max((*range)[1], value)};
+  }
+  const auto in = open(path);
+  for (const auto& attribute : in->spec().extra_attribs) result.metadata.push_back({attribute.name().string(), attribute.get_string()});
   return result;
 }
 
