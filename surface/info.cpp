@@ -3,6 +3,9 @@
 #include <openvdb/points/PointDataGrid.h>
 #include <openvdb/tools/Count.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "surface/files/vdb_file.h"
 #include "surface/surface.h"
 
@@ -13,8 +16,8 @@ template <class Grid>
 void add_range(const openvdb::GridBase& grid, GridInfo& info) {
   if (!grid.isType<Grid>() || info.active == 0) return;
   const auto range = openvdb::tools::minMax(static_cast<const Grid&>(grid).tree());
-  info.min = static_cast<double>(range.min());
-  info.max = static_cast<double>(range.max());
+  const auto least = static_cast<double>(range.min()), most = static_cast<double>(range.max());
+  if (std::isfinite(least) && std::isfinite(most)) info.min = least, info.max = most;
 }
 
 void add_points(const openvdb::GridBase& grid, GridInfo& info) {
@@ -56,6 +59,11 @@ GridInfo describe(const openvdb::GridBase& grid) {
 }
 
 }  // namespace
+
+bool holds_points(const std::filesystem::path& path) {
+  const files::Contents contents = files::read(path);
+  return std::any_of(contents.grids.begin(), contents.grids.end(), [](const auto& grid) { return grid->template isType<openvdb::points::PointDataGrid>(); });
+}
 
 std::vector<GridInfo> info(const std::filesystem::path& path) {
   std::vector<GridInfo> result;

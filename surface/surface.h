@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/differences.h"
 #include "base/ledger.h"
 #include "base/params.h"
 #include "base/vec.h"
@@ -60,6 +61,33 @@ struct GridInfo {
   std::vector<std::string> attributes;                 // point grids: "P vec3s"
 };
 std::vector<GridInfo> info(const std::filesystem::path&);
+
+/// A .vdb file is one or the other, whoever wrote it.
+bool holds_points(const std::filesystem::path&);
+
+/// Two grids of one name.
+struct GridDifference {
+  std::string name, unit;                              // "m" of a level set, "m/s" of a velocity; empty when the file does not say
+  std::vector<std::string> unlike;                     // what cannot be measured: "voxels: ...", "type: ...", "class", "background"
+  std::uint64_t active_a = 0, active_b = 0;            // voxels
+  std::uint64_t active_only_a = 0, active_only_b = 0;  // counted, like the values, only where type and voxels are the same
+  base::Differences values;                            // of voxels active in either, and of others that differ; vectors by length
+};
+struct VolumeDifference {
+  std::vector<std::string> only_a, only_b;             // names of grids
+  std::vector<GridDifference> grids;
+};
+/// Throws base::Error (exit 2) for a file that cannot be read and a type of grid that is not known.
+VolumeDifference compare_volumes(const std::filesystem::path& a, const std::filesystem::path& b, double limit);
+
+/// Particles paired by id.
+struct PointDifference {
+  std::vector<std::string> unlike;                     // "pscale: ..."
+  std::uint64_t count_a = 0, count_b = 0, only_a = 0, only_b = 0;
+  std::uint64_t over = 0;                              // pairs of which position or velocity is over the limit
+  base::Differences position, velocity;                // [m], [m/s]
+};
+PointDifference compare_points(const std::filesystem::path& a, const std::filesystem::path& b, double limit);
 
 /// Starts the library once; call before any other function of this folder, from one thread.
 void initialize();
