@@ -54,6 +54,31 @@ in vec3 shade;
 out vec4 result;
 void main() { result = vec4(shade, 1); })";
 
+// A square an instance, its depth the distance from the middle: the depth test keeps the nearest.
+constexpr const char* kFlatVertex = R"(#version 450 core
+layout(location = 0) in vec3 middle;
+layout(location = 1) in vec3 color;
+uniform vec2 size;
+uniform float radius;
+out vec3 shade;
+out vec2 at;
+void main() {
+  at = radius * (2 * vec2(gl_VertexID & 1, gl_VertexID >> 1) - 1);
+  gl_Position = vec4(vec2(2, -2) * (middle.xy + at) / size + vec2(-1, 1), 0, 1);
+  shade = color;
+})";
+constexpr const char* kFlatFragment = R"(#version 450 core
+in vec3 shade;
+in vec2 at;
+uniform float radius;
+out vec4 result;
+void main() {
+  float far = length(at) / radius;
+  if (far > 1) discard;
+  gl_FragDepth = far;
+  result = vec4(shade, 1);
+})";
+
 struct ContextDeleter {
   void operator()(OSMesaContext c) const { OSMesaDestroyContext(c); }
 };
@@ -107,8 +132,8 @@ Eigen::Matrix4f clip_matrix(const view::View& v) {
   return (clip * world).cast<float>();
 }
 
-/// Draws items that are pairs of position and colour.
-void draw(GLuint shader, GLenum mode, const Eigen::Matrix4f& clip, const void* items, std::size_t bytes, GLsizei vertices) {
+/// Makes pairs of position and colour the current vertex attributes: one a vertex, or one an instance.
+void bind(const void* items, std::size_t bytes, bool instanced) {
   GLuint array = 0, store = 0;
   glGenVertexArrays(1, &array);
   glBindVertexArray(array);
@@ -119,7 +144,13 @@ void draw(GLuint shader, GLenum mode, const Eigen::Matrix4f& clip, const void* i
   for (GLuint i = 0; i < 2; ++i) {
     glEnableVertexAttribArray(i);
     glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, kStride, reinterpret_cast<const void*>(std::size_t{i} * 3 * sizeof(float)));
+    if (instanced) glVertexAttribDivisor(i, 1);
   }
+}
+
+/// Draws items that are pairs of position and colour.
+void draw(GLuint shader, GLenum mode, const Eigen::Matrix4f& clip, const void* items, std::size_t bytes, GLsizei vertices) {
+  bind(items, bytes, false);
   glUseProgram(shader);
   glUniformMatrix4fv(glGetUniformLocation(shader, "clip"), 1, GL_FALSE, clip.data());
   glDrawArrays(mode, 0, vertices);
@@ -166,6 +197,25 @@ std::vector<std::uint8_t> rasterize(const Drawing& d) {
   glFinish();
   if (glGetError() != GL_NO_ERROR) fail("OpenGL reports an error");
   fill_background(d, pixels);
+  return pixels;
+}
+
+std::vector<std::uint8_t> rasterize(const FlatDrawing& d) {
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(d.width) * static_cast<std::size_t>(d.height) * 4);
+  if (d.discs.empty()) return pixels;
+  const Context context = make_current(pixels, d.width, d.height);
+  glViewport(0, 0, d.width, d.height);
+  glClearColor(0, 0, 0, 0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glEnable(GL_DEPTH_TEST);
+  bind(d.discs.data(), d.discs.size() * sizeof(Disc), true);
+  const GLuint shader = program(kFlatVertex, kFlatFragment);
+  glUseProgram(shader);
+  glUniform2f(glGetUniformLocation(shader, "size"), static_cast<float>(d.width), static_cast<float>(d.height));
+  glUniform1f(glGetUniformLocation(shader, "radius"), d.radius);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(d.discs.size()));
+  glFinish();
+  if (glGetError() != GL_NO_ERROR) fail("OpenGL reports an error");
   return pixels;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Spheres drawn as shaded discs, and lines, with a depth test, by OpenGL in memory. The same bits for any number of threads.
+// Spheres drawn as shaded discs, and lines, with a depth test; discs in a plane. By OpenGL in memory: the same bits for any number
+// of threads.
 #include <cstdint>
 #include <vector>
 
@@ -28,5 +29,15 @@ struct Drawing {
 
 /// RGBA, 8 bits, rows top-down.
 std::vector<std::uint8_t> rasterize(const Drawing&);
+
+/// Discs in the plane of the picture. Where they overlap, a sample has the colour of the nearest middle, not of the last one drawn.
+struct FlatDrawing {
+  int width = 0, height = 0;  // [samples]
+  float radius = 0;           // [samples] of all discs
+  std::vector<Disc> discs;    // middles [samples] from the upper left corner, y down; z is not read
+};
+
+/// RGBA, 8 bits, rows top-down; alpha is 0 where no disc is.
+std::vector<std::uint8_t> rasterize(const FlatDrawing&);
 
 }  // namespace render::raster

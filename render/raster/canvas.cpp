@@ -1,0 +1,75 @@
+#include "render/raster/canvas.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "render/raster/colors.h"
+#include "render/raster/font.h"
+
+namespace render::raster {
+namespace {
+
+const base::Vec3f kInk(0.90f, 0.91f, 0.93f);
+
+}  // namespace
+
+void Canvas::set(std::int64_t x, std::int64_t y, const base::Vec3f& color) const {
+  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
+  float* p = &image.pixels[static_cast<std::size_t>(y * image.width + x) * 4];
+  for (int c = 0; c < 3; ++c) p[c] = color[c];
+}
+
+void Canvas::fill(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height, const base::Vec3f& color) const {
+  for (std::int64_t j = 0; j < height; ++j)
+    for (std::int64_t i = 0; i < width; ++i) set(x + i, y + j, color);
+}
+
+void Canvas::write(std::int64_t x, std::int64_t y, std::string_view text) const {
+  for (const char c : text) {
+    const auto& rows = glyph(c);
+    for (int j = 0; j < kGlyphHeight * scale; ++j)
+      for (int i = 0; i < kGlyphWidth * scale; ++i)
+        if (rows[static_cast<std::size_t>(j / scale)] >> (kGlyphWidth - 1 - i / scale) & 1) set(x + i, y + j, kInk);
+    x += kGlyphWidth * scale;
+  }
+}
+
+std::int64_t Canvas::width_of(std::string_view text) const { return static_cast<std::int64_t>(text.size()) * kGlyphWidth * scale; }
+
+double tick_step(double range, double parts) {
+  const double raw = range / parts, power = std::pow(10.0, std::floor(std::log10(raw))), digit = raw / power;
+  return (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10) * power;
+}
+
+std::string tick_label(double value) {
+  char number[32];
+  std::snprintf(number, sizeof number, "%.4g", value);
+  return number;
+}
+
+void draw_color_bar(const Canvas& canvas, double top_speed) {
+  const Image& image = canvas.image;
+  const std::int64_t s = canvas.scale, width = 12 * s, height = std::max<std::int64_t>(8 * s, image.height / 2);
+  const std::int64_t left = image.width - 64 * s, top = (image.height - height) / 2;
+  for (std::int64_t y = 0; y < height; ++y) canvas.fill(left, top + y, width, 1, viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(height)));
+  const double step = tick_step(top_speed, 5);
+  for (int i = 0; i * step <= top_speed * (1 + 1e-9); ++i) {
+    const auto y = top + std::lround(static_cast<double>(height) * (1 - i * step / top_speed));
+    canvas.fill(left + width, std::min(y, top + height - 1), 4 * s, 1, kInk);
+    canvas.write(left + width + 7 * s, y - 6 * s, tick_label(i * step));
+  }
+  canvas.write(left, top - 22 * s, "m/s");
+}
+
+Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor) {
+  Image image{.width = width, .height = height, .channels = {"R", "G", "B", "A"}, .pixels = std::vector<float>(static_cast<std::size_t>(width * height) * 4)};
+  for (std::int64_t y = 0; y < height * factor; ++y)
+    for (std::int64_t x = 0; x < width * factor; ++x)
+      for (std::int64_t c = 0; c < 4; ++c)
+        image.pixels[static_cast<std::size_t>((y / factor * width + x / factor) * 4 + c)] +=
+            static_cast<float>(samples[static_cast<std::size_t>((y * width * factor + x) * 4 + c)]) / static_cast<float>(255 * factor * factor);
+  return image;
+}
+
+}  // namespace render::raster

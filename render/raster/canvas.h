@@ -1,0 +1,35 @@
+#pragma once
+// Letters, axes and a colour bar on a picture, pixel by pixel.
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/render.h"
+
+namespace render::raster {
+
+/// A picture of display-referred colours that is drawn on; what lies outside it is dropped.
+struct Canvas {
+  Image& image;
+  int scale;  // of letters and of the bar
+
+  void set(std::int64_t x, std::int64_t y, const base::Vec3f& color) const;
+  void fill(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height, const base::Vec3f& color) const;
+  /// (x, y) is the upper left corner of the first letter.
+  void write(std::int64_t x, std::int64_t y, std::string_view text) const;
+  std::int64_t width_of(std::string_view text) const;
+};
+
+/// A step of 1, 2 or 5 times a power of ten that cuts `range` into about `parts`.
+double tick_step(double range, double parts);
+/// A tick's value in as few digits as it takes.
+std::string tick_label(double value);
+
+/// Viridis from 0 to `top_speed` [m/s] at the right edge, half as high as the picture.
+void draw_color_bar(const Canvas&, double top_speed);
+
+/// Means of factor x factor samples (RGBA, 8 bits), display-referred.
+Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor);
+
+}  // namespace render::raster
