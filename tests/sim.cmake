@@ -1,2 +1,3 @@
 polypic_test(transfer LABEL fast LINK polypic_sim)
 polypic_test(liquid LABEL fast LINK polypic_sim)
+polypic_test(checkpoint LABEL fast LINK polypic_sim)
