@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -30,8 +31,8 @@ struct Device {
 
 /// Room for `count` items in a buffer that Embree owns and pads.
 template <class T>
-T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
-  auto* items = static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), count));
+T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count, unsigned slot = 0) {
+  auto* items = static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, slot, format, sizeof(T), count));
   if (!items) fail("out of memory");
   return items;
 }
@@ -57,10 +58,19 @@ RTCGeometry sphere_geometry(RTCDevice device, const sim::Shape::Sphere& sphere) 
 }
 
 /// Rows of a mesh's vertices are read sixteen bytes at a time, so Embree's padded copies are used.
-RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh) {
+RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh, const Exposure& exposure) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
-  auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.position.size());
-  for (std::size_t i = 0; i < mesh.position.size(); ++i) vertices[i] = {mesh.position[i].x(), mesh.position[i].y(), mesh.position[i].z()};
+  assert(mesh.velocity.size() == mesh.position.size() && "a mesh has a velocity at each vertex");
+  const bool moves = exposure.half > 0 && std::any_of(mesh.velocity.begin(), mesh.velocity.end(), [](const Vec3f& v) { return !v.isZero(0); });
+  rtcSetGeometryTimeStepCount(geometry, moves ? 2 : 1);
+  for (unsigned step = 0; step < (moves ? 2 : 1); ++step) {
+    const float later = moves ? (step == 0 ? -exposure.half : exposure.half) : 0;  // [s]
+    auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.position.size(), step);
+    for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+      const Vec3f p = moves ? exposure.moved(mesh.position[i], mesh.velocity[i], later) : mesh.position[i];
+      vertices[i] = {p.x(), p.y(), p.z()};
+    }
+  }
   std::copy(mesh.quads.begin(), mesh.quads.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, mesh.quads.size()));
   return geometry;
 }
@@ -80,11 +90,25 @@ std::vector<CornerNormals> corner_normals(const surface::Mesh& mesh) {
   return normals;
 }
 
+/// Of a quad's corners in a value at (u, v).
+std::array<float, 4> corner_shares(float u, float v) { return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v}; }
+
 RTCRay embree_ray(const Ray& ray, float far) {
-  return {ray.origin.x(), ray.origin.y(), ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0, far, ~0u, 0, 0};
+  return {ray.origin.x(), ray.origin.y(), ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), ray.time, far, ~0u, 0, 0};
 }
 
 }  // namespace
+
+Vec3f Exposure::moved(const Vec3f& point, const Vec3f& velocity, float later) const {
+  Vec3f there = point + later * velocity;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto low = static_cast<float>(walls.lower[axis]), high = static_cast<float>(walls.upper[axis]), close = 1e-5f * (high - low);
+    if (!(low < high)) continue;
+    if (point[axis] < low + close || point[axis] > high - close) there[axis] = point[axis];
+    else there[axis] = std::clamp(there[axis], low, high);
+  }
+  return there;
+}
 
 struct Geometry::Impl {
   explicit Impl(const std::vector<Surface>& list, int threads) : device(threads), surfaces(list), scene(rtcNewScene(device.handle)) {}
@@ -93,7 +117,7 @@ struct Geometry::Impl {
   /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
   Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
     const CornerNormals& corner = normals[quad];
-    const std::array<float, 4> share{(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
+    const std::array<float, 4> share = corner_shares(u, v);
     Vec3f n = Vec3f::Zero();
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t axis = 0; axis < 3; ++axis) n[static_cast<int>(axis)] += share[k] * static_cast<float>(corner[k][axis]);
@@ -106,6 +130,8 @@ struct Geometry::Impl {
   Device device;
   std::vector<Surface> surfaces;
   std::vector<CornerNormals> normals;  // a liquid quad's
+  std::vector<Vec3f> velocities;       // [m/s] a liquid vertex's
+  std::vector<std::array<std::uint32_t, 4>> quads;
   RTCScene scene;
   bool has_liquid = false;
   Vec3f lower = Vec3f::Zero(), upper = Vec3f::Zero();  // bounds of all
@@ -170,12 +196,14 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
 
 Geometry::~Geometry() = default;
 
-void Geometry::set_liquid(const surface::Mesh& mesh) {
+void Geometry::set_liquid(const surface::Mesh& mesh, const Exposure& exposure) {
   Impl& m = *impl_;
   if (m.has_liquid) rtcDetachGeometry(m.scene, 0);
   m.has_liquid = !mesh.quads.empty();
   m.normals = corner_normals(mesh);
-  if (m.has_liquid) m.attach(mesh_geometry(m.device.handle, mesh), 0, m.surfaces[0].material.dielectric);
+  m.velocities = mesh.velocity;
+  m.quads = mesh.quads;
+  if (m.has_liquid) m.attach(mesh_geometry(m.device.handle, mesh, exposure), 0, m.surfaces[0].material.dielectric);
   tbb::task_arena alone(1);
   alone.execute([&] { rtcJoinCommitScene(m.scene); });
   m.device.check("hierarchy");
@@ -208,7 +236,19 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
     if (smooth.dot(result.geometric) > 0) result.shading = smooth;
   }
   result.surface = static_cast<int>(query.hit.geomID);
+  result.primitive = query.hit.primID;
+  result.u = query.hit.u;
+  result.v = query.hit.v;
   return true;
+}
+
+Vec3f Geometry::velocity(const Hit& hit) const {
+  const Impl& m = *impl_;
+  if (hit.surface != 0) return Vec3f::Zero();
+  const std::array<float, 4> share = corner_shares(hit.u, hit.v);
+  Vec3f v = Vec3f::Zero();
+  for (std::size_t k = 0; k < 4; ++k) v += share[k] * m.velocities[m.quads[hit.primitive][k]];
+  return v;
 }
 
 bool Geometry::occluded(const Ray& ray, float far) const {

@@ -13,6 +13,7 @@ using base::Vec3f;
 
 struct Ray {
   Vec3f origin, direction;  // unit direction
+  float time = 0.5f;        // [1] from 0, when the shutter opens, to 1, when it closes; every ray of a path has that of its camera ray
 };
 
 /// A look as rays use it.
@@ -34,6 +35,18 @@ struct Hit {
   Vec3f geometric;   // unit normals that point out of the surface
   Vec3f shading;
   int surface;
+  Vec3f tint = Vec3f::Ones();       // of the material's colour: a grain's own shade
+  std::uint32_t primitive = 0;      // quad or grain of the surface, and where on it
+  float u = 0, v = 0;
+};
+
+/// For how long a frame is exposed. Things go straight on at their velocity meanwhile.
+struct Exposure {
+  float half = 0;        // [s] from the shutter's opening to the frame's moment, and from there to its closing
+  base::Box walls = {};  // [m] what lies on one of these glides along it, and nothing passes through; empty: none
+
+  /// Where a point is `later` [s] than the frame's moment.
+  Vec3f moved(const Vec3f& point, const Vec3f& velocity, float later) const;
 };
 
 /// What a straight ray through dielectrics lets through.
@@ -49,13 +62,15 @@ class Geometry {
 
   /// Replaces the liquid and builds the hierarchy, always by one thread: so its order, and with it which of two quads wins at their
   /// common edge, does not depend on the number of threads.
-  void set_liquid(const surface::Mesh&);
+  void set_liquid(const surface::Mesh&, const Exposure& = {});
 
   /// Nearest hit before `far`. `primary`: neighbouring calls have similar rays.
   bool intersect(const Ray&, float far, bool primary, Hit&) const;
   bool occluded(const Ray&, float far) const;
   /// As if dielectrics did not bend light: each crossing costs its Fresnel reflection, each length inside its absorption.
   Passage straight(const Ray&, float far) const;
+  /// [m/s] of what was hit, where it was hit.
+  Vec3f velocity(const Hit&) const;
 
  private:
   struct Impl;

@@ -111,18 +111,20 @@ bool Integrator::meets_ground(Path& path, float t, Work& work) const {
     if (fade == 1) return false;
     path.weight *= 1 - fade;
   }
-  if (path.surfaces == 0) work.first = {.found = true, .t = t, .albedo = ground.material.color, .normal = Vec3f::UnitZ()};
+  if (path.surfaces == 0) work.first = {.found = true, .t = t, .albedo = ground.material.color, .normal = Vec3f::UnitZ(), .id = 1};
   return meets_diffuse(path, point, Vec3f::UnitZ(), Vec3f::UnitZ(), ground.material.color, work);
 }
 
 bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   const Material& material = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material;
+  const Vec3f color = material.color.cwiseProduct(hit.tint);
   if (path.surfaces == 0)
-    work.first = {.found = true, .t = hit.t, .albedo = material.dielectric ? Vec3f::Ones() : material.color, .normal = hit.shading};
+    work.first = {.found = true, .t = hit.t, .albedo = material.dielectric ? Vec3f::Ones() : color, .normal = hit.shading, .velocity = geometry_.velocity(hit),
+                  .id = 2 + hit.surface};
   const Vec3f point = path.ray.origin + hit.t * path.ray.direction;
   if (material.dielectric) return meets_dielectric(path, point, hit, work);
   const float side = path.ray.direction.dot(hit.geometric) < 0 ? 1.0f : -1.0f;
-  return meets_diffuse(path, point, side * hit.geometric, side * hit.shading, material.color, work);
+  return meets_diffuse(path, point, side * hit.geometric, side * hit.shading, color, work);
 }
 
 bool Integrator::meets_diffuse(Path& path, const Vec3f& point, const Vec3f& geometric, const Vec3f& shading, const Vec3f& color, Work& work) const {
@@ -132,7 +134,7 @@ bool Integrator::meets_diffuse(Path& path, const Vec3f& point, const Vec3f& geom
   const Vec3f from = point + scene_.offset * geometric;
   std::uint32_t dimension = path.dimension;
   for (const AreaLight& light : scene_.lights) {
-    work.sum += path.weight.cwiseProduct(direct(light, from, shading, work.points.point(work.sample, dimension)));
+    work.sum += path.weight.cwiseProduct(direct(light, from, shading, path.ray.time, work.points.point(work.sample, dimension)));
     dimension += kDimensionsOfLight;
   }
   const float go_on = path.weight.maxCoeff() / path.compression / kWeightThatMatters;
@@ -144,12 +146,12 @@ bool Integrator::meets_diffuse(Path& path, const Vec3f& point, const Vec3f& geom
   const Vec3f direction = cosine_direction(shading, work.points.point(work.sample, path.dimension + 1), cosine);
   path.dimension += kDimensionsAtSurface;
   path.density = cosine / kPi;
-  path.ray = {from, direction.normalized()};
+  path.ray = {from, direction.normalized(), path.ray.time};
   return path.density > 0 && direction.dot(geometric) > 0;
 }
 
 /// Reflected radiance of a white surface lit by one light.
-Vec3f Integrator::direct(const AreaLight& light, const Vec3f& from, const Vec3f& normal, sampling::Point u) const {
+Vec3f Integrator::direct(const AreaLight& light, const Vec3f& from, const Vec3f& normal, float time, sampling::Point u) const {
   const Vec3f way = light.middle + (2 * u.x - 1) * light.u + (2 * u.y - 1) * light.v - from;
   const float square = way.squaredNorm(), distance = std::sqrt(square);
   const Vec3f direction = way / distance;
@@ -157,7 +159,7 @@ Vec3f Integrator::direct(const AreaLight& light, const Vec3f& from, const Vec3f&
   if (cosine <= 0 || cosine_at_light <= 0) return Vec3f::Zero();
   const float density = square / (cosine_at_light * light.area);
   const float value = cosine / kPi / density;
-  const Ray shadow{from, direction};
+  const Ray shadow{from, direction, time};
   if (!scene_.straight) return geometry_.occluded(shadow, distance) ? Vec3f(Vec3f::Zero()) : Vec3f(value * heuristic(density, cosine / kPi) * light.radiance);
   const Passage passage = geometry_.straight(shadow, distance);
   const float weight = passage.crossings > 0 ? 1 : heuristic(density, cosine / kPi);  // through a dielectric no other technique counts it
@@ -197,7 +199,7 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
   const auto reflection = [&](const Path& p) {
     Path r = p;
     r.medium = before;
-    r.ray = {point + scene_.offset * geometric, keep_on_side(reflect(p.ray.direction, normal, cos_i), geometric)};
+    r.ray = {point + scene_.offset * geometric, keep_on_side(reflect(p.ray.direction, normal, cos_i), geometric), p.ray.time};
     return r;
   };
   const auto refraction = [&](const Path& p) {
@@ -205,7 +207,7 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
     r.medium = after;
     r.weight /= eta * eta;
     r.compression /= eta * eta;
-    r.ray = {point - scene_.offset * geometric, keep_on_side(refract(p.ray.direction, normal, cos_i, cos_t, eta), -geometric)};
+    r.ray = {point - scene_.offset * geometric, keep_on_side(refract(p.ray.direction, normal, cos_i, cos_t, eta), -geometric), p.ray.time};
     return r;
   };
   path.density = 0;

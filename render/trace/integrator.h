@@ -19,6 +19,8 @@ struct FirstHit {
   float t = 0;                     // [m]
   Vec3f albedo = Vec3f::Zero();    // 1 of a dielectric
   Vec3f normal = Vec3f::Zero();    // shading normal, world
+  Vec3f velocity = Vec3f::Zero();  // [m/s]
+  int id = 0;                      // 0 nothing, 1 the ground, 2 + number of a surface
 };
 
 class Integrator {
@@ -52,7 +54,7 @@ class Integrator {
   bool meets_surface(Path&, const Hit&, Work&) const;
   bool meets_diffuse(Path&, const Vec3f& point, const Vec3f& geometric, const Vec3f& shading, const Vec3f& color, Work&) const;
   bool meets_dielectric(Path&, const Vec3f& point, const Hit&, Work&) const;
-  Vec3f direct(const AreaLight&, const Vec3f& from, const Vec3f& normal, sampling::Point) const;
+  Vec3f direct(const AreaLight&, const Vec3f& from, const Vec3f& normal, float time, sampling::Point) const;
   const Material* material_in(const Medium& m) const;
   void absorb(Path&, float length) const;
 
