@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <limits>
 
 #include "app/commands/help.h"
 #include "app/commands/request.h"
@@ -49,9 +50,17 @@ std::string nearest_command(const std::string& word) {
   return "there are " + all;
 }
 
+double number_from(const std::string& option, const std::string& text, double most) {
+  double value = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = failure == std::errc() && end == text.data() + text.size();
+  if (!whole || !(value >= 0 && value <= most)) refuse(option + " " + text, most < 1000 ? "must be a number from 0 to " + base::to_text(most) : "must be a number, 0 or above");
+  return value;
+}
+
 /// Words as CLI11 fills them in, before their form is checked.
 struct Words {
-  std::optional<std::string> frames, threads, quality, out;
+  std::optional<std::string> frames, threads, quality, out, fail, fail_percent;
 };
 
 void add_shot_options(CLI::App& command, Request& request, Words& words) {
@@ -65,11 +74,20 @@ void add_shot_options(CLI::App& command, Request& request, Words& words) {
   command.add_flag("--quiet", request.quiet);
 }
 
+void add_diff_options(CLI::App& command, Request& request, Words& words) {
+  command.add_option("A", request.subject)->required();
+  command.add_option("B", request.other)->required();
+  command.add_option("--fail", words.fail);
+  command.add_option("--fail-percent", words.fail_percent);
+  command.add_option("--out", words.out);
+}
+
 void add_options(CLI::App& command, const std::string& name, Request& request, Words& words) {
   command.set_help_flag("-h,--help");
   command.add_flag("--json", request.json);
   if (name == "list") return;
   if (name == "info") command.add_option("FILE", request.subject)->required();
+  else if (name == "diff") add_diff_options(command, request, words);
   else if (name == "params") {
     command.add_option("TOPIC", request.subject);
     command.add_flag("--example", request.example);
@@ -122,7 +140,9 @@ Request parse_command_line(int count, const char* const* given) {
   request.overrides.quality = words.quality;
   if (words.frames) request.frames = frames_from(*words.frames);
   if (words.threads) request.threads = threads_from(*words.threads);
-  if (words.out && words.out->empty()) refuse("--out", "needs the name of a directory");
+  if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
+  if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
+  if (words.out && words.out->empty()) refuse("--out", first == "diff" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
   return request;
 }

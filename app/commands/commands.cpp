@@ -13,12 +13,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-void carry_out(const Request& request) {
+/// Returns the exit code.
+base::Exit carry_out(const Request& request) {
   if (!request.text.empty()) std::fputs(request.text.c_str(), stdout);
   else if (request.command == "list") list(request);
   else if (request.command == "info") info(request);
+  else if (request.command == "diff") return diff(request) ? base::Exit::done : base::Exit::answer_is_no;
   else if (request.command == "params") params(request);
   else film(request);
+  return base::Exit::done;
 }
 
 // The line for people on standard error, and with --json the same for programs on standard output.
@@ -48,9 +51,9 @@ int run_command_line(int count, const char* const* words) {
   const bool json = asks_for_json(count, words);
   const auto fault = [&](const std::string& message) { return fail({.message = message}, static_cast<int>(base::Exit::fault), json); };
   try {
-    carry_out(parse_command_line(count, words));
+    const base::Exit code = carry_out(parse_command_line(count, words));
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) return fail({.file = "standard output", .message = "cannot be written"}, static_cast<int>(base::Exit::io), false);
-    return 0;
+    return static_cast<int>(code);
   } catch (const base::Error& e) {
     return fail(e.complaint(), static_cast<int>(e.complaint().code), json);
   } catch (const Interrupted& e) {

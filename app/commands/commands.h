@@ -10,6 +10,8 @@ void film(const Request&);
 void list(const Request&);
 /// What is in a file.
 void info(const Request&);
+/// Two files or runs side by side. False when they differ.
+bool diff(const Request&);
 /// The keys of a shot file.
 void params(const Request&);
 

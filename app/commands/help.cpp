@@ -14,6 +14,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
 
   polypic list             shots, materials and looks that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png or run.json
+  polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
 
 SHOT is a TOML file, or the name of a shot in the list. polypic COMMAND --help says more.
@@ -68,6 +69,20 @@ Frames that are finished are kept: the same command goes on where it was stopped
 
   polypic info out/dam_break/surface/surface.0012.vdb
   polypic info out/dam_break/images/beauty.0012.exr
+)"},
+    {"diff", R"(polypic diff A B [options]     how far two results lie apart; exit code 0: the same, 6: they differ
+
+A and B are two images, two .vdb files (a surface voxel by voxel, points by id) or two run directories, which are compared
+frame by frame and stage by stage. How long a run took is no difference.
+
+  --fail X            a value fails when it differs by more than X, in its own unit (default: 0)
+  --fail-percent P    up to P percent of the pixels, voxels or particles may fail (default: 0)
+  --out FILE.png      a picture of the difference of two images
+  --json              {same, kind, mean, rms, max, psnr, percent_over, ...}; what does not apply is absent
+
+  polypic diff out/before out/after
+  polypic diff a.png b.png --fail 0.02 --fail-percent 0.5 --out difference.png
+  polypic diff coarse/surface/surface.0012.vdb fine/surface/surface.0012.vdb --fail 0.001
 )"},
     {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
 

@@ -17,6 +17,8 @@ struct Request {
   std::optional<FrameRange> frames;
   std::optional<int> threads;
   bool restart = false, preview = false, quiet = false, json = false, example = false;
+  std::string other;                // diff: the second file
+  double fail = 0, fail_percent = 0;
   std::string text;                 // --help and --version: what to print, and nothing else to do
 };
 
