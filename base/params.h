@@ -51,10 +51,14 @@ struct CountOrName {
   std::string name;
 };
 
-/// A visitor over declared keys. Numbers are finite; vectors have three numbers, each within the range.
+/// A visitor over declared keys. Numbers are finite; vectors have vector_size() numbers, each within the range, and then zeros.
 class Params {
  public:
   virtual ~Params() = default;
+
+  /// From here on vectors and the corners of boxes are written with `n` numbers, 2 or 3.
+  void vectors_have(std::int64_t n) { vector_size_ = n; }
+  std::int64_t vector_size() const { return vector_size_; }
 
   void operator()(std::string_view name, double& v, std::string_view unit, std::string_view meaning, Range r = {}) { number({name, unit, meaning, r}, v); }
   void operator()(std::string_view name, std::int64_t& v, std::string_view unit, std::string_view meaning, Range r = {}) { integer({name, unit, meaning, r}, v); }
@@ -83,10 +87,10 @@ class Params {
   /// `keys` is called with the name already in `preset`, so that it can start from the preset's values.
   virtual void preset_or_table(std::string_view name, std::string& preset, std::span<const std::string_view> names, std::string_view meaning,
                                const std::function<void(Params&)>& keys) = 0;
-  /// An array of tables, [[body]]: each entry is a T with a params() of its own.
+  /// An array of tables, [[body]]: each entry is a T with a params() of its own, which it visits as a copy of `start`.
   template <class T>
-  void list(std::string_view name, std::vector<T>& entries, std::string_view meaning) {
-    list_of(name, meaning, [&](std::size_t n) { entries.resize(n); }, [&](std::size_t i, Params& p) { entries[i].params(p); });
+  void list(std::string_view name, std::vector<T>& entries, std::string_view meaning, const T& start = {}) {
+    list_of(name, meaning, [&](std::size_t n) { entries.resize(n, start); }, [&](std::size_t i, Params& p) { entries[i].params(p); });
   }
   /// Named tables, [look.NAME]. An entry that is already there is changed, not replaced.
   template <class T>
@@ -96,6 +100,8 @@ class Params {
 
   /// True where keys under `condition` apply; a visitor that describes all keys sees every branch.
   virtual bool when(bool condition) { return condition; }
+  /// A table that has no effect here: a reader that meets it complains with `reason`.
+  virtual void without(std::string_view /*table*/, std::string_view /*reason*/) {}
   /// A law over several keys. When it fails the reader complains at `key` (a key of this table) with `message`.
   virtual void require(bool /*holds*/, std::string_view /*key*/, const std::string& /*message*/) {}
 
@@ -112,6 +118,9 @@ class Params {
   virtual void list_of(std::string_view name, std::string_view meaning, const std::function<void(std::size_t)>& resize,
                        const std::function<void(std::size_t, Params&)>& entry) = 0;
   virtual void map_of(std::string_view name, std::string_view meaning, const std::function<void(const std::string&, Params&)>& entry) = 0;
+
+ private:
+  std::int64_t vector_size_ = 3;
 };
 
 }  // namespace base

@@ -74,6 +74,7 @@ std::vector<Light> default_lights(const base::Box& domain) {
 void Options::params(base::Params& p) {
   p("width", width, "pixels", "width of the image", base::within(16, 16384));
   p("height", height, "pixels", "height of the image", base::within(16, 16384));
+  if (!p.when(p.vector_size() == 3)) return;   // points are drawn as they are displayed
   p("spp", spp, "1", "samples a pixel; a power of two is stratified best", base::within(1, 65536));
   p("bounces", bounces, "1", "surfaces a path may meet", base::within(1, 256));
   p("caustics", caustics, "light through dielectrics: straight tinted shadow rays (biased, quiet), or found by chance (unbiased, noisy)", kCaustics);
@@ -83,6 +84,10 @@ void Options::params(base::Params& p) {
 
 void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
+  if (p.vector_size() == 2) {
+    for (const auto table : {"camera", "light", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view");
+    return;
+  }
   p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });
   p.list("light", lights, "lights; none means a soft sky and one area light");
   p.named("look", looks, "how surfaces look");

@@ -14,23 +14,27 @@ struct Frame {
   std::vector<base::Vec3f> position;  // [m] world
   std::vector<base::Vec3f> velocity;  // [m/s]
   std::vector<std::int64_t> id;       // from 0, kept for life
-  double pscale = 0;                  // [m] radius of a sphere with a particle's volume, the same for all
+  double pscale = 0;                  // [m] radius of a sphere (in 2-D: a disc) with a particle's volume, the same for all
 };
 
-/// Conserved quantities and counters of one frame, in SI units.
+/// Conserved quantities and counters of one frame, in SI units. In two dimensions masses, volumes, energies and momenta are those of a
+/// slab one metre deep; angular momentum is about z.
 struct Totals {
   double time = 0;
   std::int64_t substeps = 0;              // since the frame before
   std::int64_t particles = 0;
   double mass = 0, volume = 0;            // [kg], [m^3]
   double kinetic_energy = 0;              // [J] sum of 1/2 m c_r^2 D_r over particles and modes
-  double potential_energy = 0;            // [J] measured from the domain's floor
+  double potential_energy = 0;            // [J] measured from the domain's floor; without the part along periodic axes, which have none
   base::Vec3 linear_momentum = base::Vec3::Zero();    // [kg m/s]
   base::Vec3 angular_momentum = base::Vec3::Zero();   // [kg m^2/s] about the domain's lower corner
   double max_speed = 0;                   // [m/s]
   double max_divergence = 0;              // [1/s] left by the last projection of the frame
   std::uint64_t state_hash = 0;           // of the whole particle state, independent of storage order
   std::int64_t pushed_out = 0;            // particles moved back out of a wall or collider since the frame before
+  std::int64_t dropped_modes = 0;         // particles pushed so far that they lost the modes that bend, since the frame before
+  std::int64_t limited_modes = 0;         // coefficients scaled down by a carry that limits, since the frame before
+  std::int64_t light_faces = 0;           // faces reached by particles but too light to have a velocity, since the frame before
   std::int64_t pressure_iterations = 0;   // since the frame before
 };
 

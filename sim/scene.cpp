@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/transfer/modes.h"
+#include "sim/transfer/tensor.h"
 
 namespace sim {
 namespace {
@@ -20,7 +21,10 @@ constexpr std::array kSeedingNames{"jitter"sv, "regular"sv};
 constexpr std::array kPrecisionNames{"single"sv, "double"sv};
 constexpr std::array kSolverNames{"fluid"sv};
 constexpr std::array kSplittingNames{"lie"sv};
-constexpr std::array kCarryNames{"fixed"sv};
+constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
+constexpr std::array kSideNames{"slip"sv, "periodic"sv};
+constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
+constexpr int kFewestPeriodicCells = 4;
 constexpr std::array kMaterialNames{"water"sv};
 constexpr std::array kEffectNames{"gravity"sv};
 
@@ -29,13 +33,15 @@ bool is_multiple(double length, double cell) {
   return std::abs(n - std::round(n)) < 1e-6 * std::max(1.0, n) && std::round(n) >= 1;
 }
 
-bool is_multiple(const base::Vec3& size, double cell) {
-  return is_multiple(size.x(), cell) && is_multiple(size.y(), cell) && is_multiple(size.z(), cell);
+using Extents = std::vector<double>;   // [m] of the domain, an entry an axis
+
+bool is_multiple(const Extents& size, double cell) {
+  return std::all_of(size.begin(), size.end(), [&](double length) { return is_multiple(length, cell); });
 }
 
 /// The cell size nearest to `cell` that divides the domain in every axis; 0 when none is near.
-double nearest_cell(const base::Vec3& size, double cell) {
-  const double longest = size.maxCoeff();
+double nearest_cell(const Extents& size, double cell) {
+  const double longest = *std::max_element(size.begin(), size.end());
   const auto wanted = std::max<std::int64_t>(1, std::llround(longest / cell));
   double best = 0;
   for (std::int64_t n = std::max<std::int64_t>(1, wanted / 2); n <= 2 * wanted + 8; ++n) {
@@ -45,7 +51,52 @@ double nearest_cell(const base::Vec3& size, double cell) {
   return best;
 }
 
-std::int64_t cube_root(std::int64_t n) { return std::llround(std::cbrt(double(n))); }
+void check_domain(const Options& o, base::Params& p) {
+  const base::Vec3 edges = o.domain.size();
+  const Extents size(edges.data(), edges.data() + o.dimension);
+  const bool is_box = std::all_of(size.begin(), size.end(), [](double length) { return length > 0; });
+  p.require(is_box, "domain", "the second corner must be above the first in every axis");
+  if (!is_box) return;
+  double cells = 1;
+  for (const double length : size) cells *= length / o.cell;
+  const bool fits = cells <= kMostCells;
+  p.require(fits, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
+  if (fits && !is_multiple(size, o.cell)) {
+    const double near = nearest_cell(size, o.cell);
+    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {} m", near)
+                                      : fmt::format("the domain is no multiple of it, and no cell near it divides all {} edges", o.dimension == 2 ? "two" : "three"));
+  }
+}
+
+void check_boundary(const Options& o, base::Params& p) {
+  for (std::size_t a = 0; a < std::size_t(o.dimension); ++a)
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (o.boundary[a][side] != Side::periodic) continue;
+      const std::string key = "boundary." + std::string(kSideKeys[a][side]);
+      const auto cells = std::llround(o.domain.size()[Eigen::Index(a)] / o.cell);
+      p.require(o.boundary[a][1 - side] == Side::periodic, key, fmt::format("needs sim.boundary.{} = \"periodic\" too", kSideKeys[a][1 - side]));
+      p.require(cells >= kFewestPeriodicCells, key, fmt::format("needs at least {} cells between the two sides; there are {}", kFewestPeriodicCells, cells));
+    }
+}
+
+/// What cannot be combined, or would have no effect.
+void check_transfer(const Options& o, base::Params& p) {
+  const bool polypic = o.transfer == Transfer::polypic, linear = o.kernel == Kernel::linear;
+  p.require(!o.flip_time || o.transfer == Transfer::flip, "flip_time", "needs sim.transfer = \"flip\"");
+  if (o.modes.count > 0 || !o.modes.name.empty()) {
+    const int most = int_power(linear ? 2 : 3, int(o.dimension));
+    p.require(polypic, "modes", "needs sim.transfer = \"polypic\"");
+    p.require(o.modes.count <= most && o.modes.count >= 0, "modes",
+              fmt::format("must be a count from 1 to {} with the {} kernel{}, or a named set", most, kKernelNames[std::size_t(o.kernel)],
+                          o.dimension == 2 ? " in two dimensions" : ""));
+    p.require(o.modes.name != "quadratic" || !linear, "modes", "the set \"quadratic\" needs sim.kernel = \"quadratic\"");
+  }
+  if (o.carry == Carry::fixed) return;
+  const bool bends = o.modes.name.empty() ? o.modes.count == 0 || o.modes.count > int_power(2, int(o.dimension)) : o.modes.name != "multilinear";
+  p.require(polypic, "carry", "needs sim.transfer = \"polypic\": only modes that bend within a cell are limited, and no other transfer has any");
+  p.require(!polypic || !linear, "carry", "needs sim.kernel = \"quadratic\": limiting the linear kernel's modes would throw its accuracy away");
+  p.require(!polypic || linear || bends, "carry", "needs more sim.modes: only modes that bend within a cell are limited, and this set has none");
+}
 
 }  // namespace
 
@@ -58,17 +109,19 @@ void Shape::params(base::Params& p) {
   });
   if (is_sphere) sphere = round;
   p.require(box.has_value() != sphere.has_value(), "", "needs exactly one of box and sphere");
-  if (box) p.require((box->size().array() > 0).all(), "box", "the second corner must be above the first in every axis");
+  if (box) p.require((box->size().head(p.vector_size()).array() > 0).all(), "box", "the second corner must be above the first in every axis");
 }
 
 double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
   if (sphere) {
     const base::Vec3 from_center = at - sphere->center;
     const double r = from_center.norm();
-    if (normal) *normal = r > 0 ? base::Vec3(from_center / r) : base::Vec3::UnitZ();
+    if (normal) *normal = r > 0 ? base::Vec3(from_center / r) : base::Vec3::UnitY();
     return r - sphere->radius;
   }
-  const base::Vec3 below = box->lower - at, over = at - box->upper;
+  base::Vec3 below = box->lower - at, over = at - box->upper;
+  for (int a = 0; a < 3; ++a)
+    if (box->lower[a] == box->upper[a]) below[a] = over[a] = -std::numeric_limits<double>::infinity();
   const base::Vec3 outside = below.cwiseMax(over);
   int axis = 0;
   const double inside = outside.maxCoeff(&axis);
@@ -96,13 +149,13 @@ void Body::params(base::Params& p) {
     q("density", density, "kg/m^3", "mass per volume", base::above(0));
   });
   p("velocity", velocity, "m/s", "velocity at the first frame");
-  p("look", look, "look of the body in pictures; unset: the look named as the material");
+  if (p.when(p.vector_size() == 3)) p("look", look, "look of the body in pictures; unset: the look named as the material");
 }
 
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
   p.table("shape", "where the solid stands", [&](base::Params& q) { shape.params(q); });
-  p("look", look, "look of the solid in pictures");
+  if (p.when(p.vector_size() == 3)) p("look", look, "look of the solid in pictures");
 }
 
 void Effect::params(base::Params& p) {
@@ -111,12 +164,19 @@ void Effect::params(base::Params& p) {
 }
 
 void Options::params(base::Params& p) {
-  constexpr std::array kDimensions{3};
-  p("dimension", dimension, "1", "dimensions of space", base::within(kDimensions.front(), kDimensions.back()));
+  p("dimension", dimension, "1", "dimensions of space: 3, or 2 for a plane seen flat, y up", base::within(2, 3));
+  p.vectors_have(dimension);
+  if (dimension == 2) domain.lower.z() = domain.upper.z() = 0, particles_per_cell = 4;
   p("solver", solver, "what is solved: fluid is an incompressible liquid with a free surface", kSolverNames);
-  p("domain", domain, "m", "two opposite corners of the box of walls");
+  p("domain", domain, "m", "two opposite corners of the box that is simulated");
   p("cell", cell, "m", "edge of a grid cell", base::above(0));
-  p("particles_per_cell", particles_per_cell, "1", "particles seeded in a full cell: 1, 8, 27 or 64", base::within(1, 64));
+  p.table("boundary", "the sides of the domain", [&](base::Params& q) {
+    for (int a = 0; a < 3; ++a)
+      for (std::size_t side = 0; side < 2 && q.when(a < dimension); ++side)
+        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], kSideNames, "a wall along which the liquid slips, or one with the side across");
+  });
+  p("particles_per_cell", particles_per_cell, "1", "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset",
+    base::within(1, 64));
   p.choice("transfer", transfer, kTransferNames, "what a particle carries between grid and grid");
   p.choice("kernel", kernel, kKernelNames, "interpolation between particles and grid");
   p.count_or_name({"modes", "1", "polynomial modes a particle carries, with transfer = \"polypic\": a prefix count or a named set",
@@ -129,37 +189,42 @@ void Options::params(base::Params& p) {
   p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1));
   p.choice("precision", precision, kPrecisionNames, "floating point type of particles and grid");
   p("splitting", splitting, "how advection and pressure alternate: lie is one projection a step", kSplittingNames);
-  p("carry", carry, "how coefficients reach the next step: fixed keeps them", kCarryNames);
+  p.choice("carry", carry, kCarryNames,
+           "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
 
-  const base::Vec3 size = domain.size();
-  const bool is_box = (size.array() > 0).all();
-  p.require(is_box, "domain", "the second corner must be above the first in every axis");
-  const double cells = size.prod() / (cell * cell * cell);
-  const bool fits = cells <= kMostCells;
-  p.require(!is_box || fits, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
-  if (is_box && fits && !is_multiple(size, cell)) {
-    const double near = nearest_cell(size, cell);
-    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {} m", near)
-                                      : std::string("the domain is no multiple of it, and no cell near it divides all three edges"));
+  check_domain(*this, p);
+  check_boundary(*this, p);
+  check_transfer(*this, p);
+  const auto edge = std::llround(std::pow(double(particles_per_cell), 1.0 / double(dimension)));
+  const bool is_power = edge <= 4 && int_power(int(edge), int(dimension)) == particles_per_cell;
+  p.require(is_power, "particles_per_cell", dimension == 2 ? "must be 1, 4, 9 or 16" : "must be 1, 8, 27 or 64");
+}
+
+std::vector<Shape> with_images(const Shape& shape, const Options& o) {
+  const auto moved = [](Shape image, const base::Vec3& by) {
+    if (image.box) image.box = base::Box{image.box->lower + by, image.box->upper + by};
+    if (image.sphere) image.sphere->center += by;
+    return image;
+  };
+  std::vector<Shape> images{shape};
+  for (int a = 0; a < o.dimension; ++a) {
+    if (!o.periodic(a)) continue;
+    const base::Vec3 across = base::Vec3::Unit(a) * o.domain.size()[a];
+    for (std::size_t i = 0, n = images.size(); i < n; ++i) {
+      const base::Box bounds = images[i].bounds();
+      if (bounds.lower[a] < o.domain.lower[a]) images.push_back(moved(images[i], across));
+      if (bounds.upper[a] > o.domain.upper[a]) images.push_back(moved(images[i], -across));
+    }
   }
-  const auto edge = cube_root(particles_per_cell);
-  p.require(edge * edge * edge == particles_per_cell, "particles_per_cell", "must be 1, 8, 27 or 64");
-  const bool modes_given = modes.count > 0 || !modes.name.empty();
-  p.require(!modes_given || transfer == Transfer::polypic, "modes", "needs sim.transfer = \"polypic\"");
-  p.require(!flip_time || transfer == Transfer::flip, "flip_time", "needs sim.transfer = \"flip\"");
-  if (modes_given) {
-    const int most = kernel == Kernel::linear ? 8 : 27;
-    p.require(modes.count <= most && modes.count >= 0, "modes",
-              fmt::format("must be a count from 1 to {} with the {} kernel, or a named set", most, kKernelNames[std::size_t(kernel)]));
-    p.require(modes.name != "quadratic" || kernel == Kernel::quadratic, "modes", "the set \"quadratic\" needs sim.kernel = \"quadratic\"");
-  }
+  return images;
 }
 
 void Scene::params(base::Params& p) {
   p.table("sim", "the simulation", [&](base::Params& q) { options.params(q); });
   p.list("body", bodies, "material at the first frame");
   p.list("collider", colliders, "solids that stand still");
-  p.list("effect", effects, "what acts; nothing acts unless it is named");
+  p.list("effect", effects, "what acts; nothing acts unless it is named",
+         options.dimension == 2 ? Effect{.acceleration = base::Vec3(0, -9.81, 0)} : Effect{});
 
   const auto unique = [](const auto& named) {
     std::set<std::string> seen;

@@ -1,5 +1,7 @@
 #pragma once
-// What is simulated: the keys of [sim], [[body]], [[collider]] and [[effect]]. SI units.
+// What is simulated: the keys of [sim], [[body]], [[collider]] and [[effect]]. SI units; in two dimensions those of a slab one metre
+// deep: z is 0 in every vector, and a density is still that of a cubic metre.
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,11 +18,14 @@ enum class Kernel { linear, quadratic };
 enum class Carry { fixed, limited, hybrid };
 enum class Seeding { jitter, regular };
 enum class Precision { single_precision, double_precision };
+/// What is at a side of the domain: a wall along which the liquid slips, or the other side.
+enum class Side { slip, periodic };
 
 /// Grids are dense: more cells than this are refused before anything is allocated.
 inline constexpr double kMostCells = 4e8;
 
-/// A solid of simple form: exactly one of its members is set.
+/// A solid of simple form: exactly one of its members is set. A box without thickness along an axis goes on along it without end: in two
+/// dimensions shapes are what they cut out of the plane.
 struct Shape {
   struct Sphere {
     base::Vec3 center = base::Vec3::Zero();  // [m]
@@ -55,7 +60,7 @@ struct Collider {
 /// Something that acts on the material. Nothing acts unless it is named.
 struct Effect {
   std::string kind = "gravity";
-  base::Vec3 acceleration = base::Vec3(0, 0, -9.81);  // [m/s^2]
+  base::Vec3 acceleration = base::Vec3(0, 0, -9.81);  // [m/s^2]; (0, -9.81) in two dimensions
   void params(base::Params&);
 };
 
@@ -65,7 +70,8 @@ struct Options {
   std::string solver = "fluid";
   base::Box domain{base::Vec3(0, 0, 0), base::Vec3(1, 1, 1)};  // [m]
   double cell = 0.02;                                          // [m]
-  std::int64_t particles_per_cell = 8;
+  std::array<std::array<Side, 2>, 3> boundary{};               // by axis: lower and upper side; periodic ones come in pairs
+  std::int64_t particles_per_cell = 8;                         // 4 in two dimensions
   Transfer transfer = Transfer::polypic;
   Kernel kernel = Kernel::linear;
   base::CountOrName modes;                                     // unset: the full set of the kernel (polypic only)
@@ -76,9 +82,13 @@ struct Options {
   double pressure_tolerance = 1e-6;                            // [1] relative residual
   Precision precision = Precision::single_precision;
   std::string splitting = "lie";                               // one projection a step
-  std::string carry = "fixed";                                 // coefficients travel with the particle as they are
+  Carry carry = Carry::fixed;
+  bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);
 };
+
+/// `shape` and, where it reaches across a periodic side of the domain, its images at the other side.
+std::vector<Shape> with_images(const Shape& shape, const Options&);
 
 struct Scene {
   Options options;

@@ -70,6 +70,8 @@ Node merged(const Layers& layers, const std::string& quality, bool with_sets) {
   Node root = rung(quality, layers.file);
   const Node* transfer = find(user, "sim", "transfer");
   if (transfer && transfer->text != "polypic") root.at("sim").remove("modes");
+  const Node* dimension = find(user, "sim", "dimension");
+  if (dimension && dimension->integer == 2) root.remove("render");   // points are drawn: there are no samples
   overlay(root, user);
   if (Node& shot = root.at("shot"); shot.is_table() && !shot.find("quality")) shot.at("quality") = make_node(quality);
   return root;

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::size_t kMostWrong = 200;  // complaints kept: one will be shown, and a hostile file could make millions
 constexpr auto kNumber = "a number";
-constexpr auto kVector = "three numbers, [x, y, z]";
-constexpr auto kBox = "two opposite corners, [[x, y, z], [x, y, z]]";
+
+std::string vector_words(std::int64_t size) { return size == 2 ? "two numbers, [x, y]" : "three numbers, [x, y, z]"; }
+std::string box_words(std::int64_t size) { return std::string("two opposite corners, ") + (size == 2 ? "[[x, y], [x, y]]" : "[[x, y, z], [x, y, z]]"); }
 
 // "-1 m"; long arrays and texts are cut so that the error stays one readable line.
 std::string with_unit(const Node& value, std::string_view unit) {
@@ -57,17 +58,17 @@ std::string one_of(std::span<const std::string_view> names) {
   return out;
 }
 
-Node vector_node(const base::Vec3& v) {
+Node vector_node(const base::Vec3& v, std::int64_t size) {
   Node node;
   node.kind = Node::Kind::array;
-  node.items = {make_node(v.x()), make_node(v.y()), make_node(v.z())};
+  for (std::int64_t a = 0; a < size; ++a) node.items.push_back(make_node(v[a]));
   return node;
 }
 
-Node box_node(const base::Box& v) {
+Node box_node(const base::Box& v, std::int64_t size) {
   Node node;
   node.kind = Node::Kind::array;
-  node.items = {vector_node(v.lower), vector_node(v.upper)};
+  node.items = {vector_node(v.lower, size), vector_node(v.upper, size)};
   return node;
 }
 
@@ -130,6 +131,14 @@ void Reader::complain_unknown(const Scope& table) {
   }
 }
 
+void Reader::without(std::string_view table, std::string_view reason) {
+  const Node* node = declare(table);
+  if (!node || wrong_.size() >= kMostWrong) return;
+  Origin place = node->is_list() ? node->items.front().origin : node->origin;
+  if (node->key_line > 0) std::tie(place.line, place.column) = std::tie(node->key_line, node->key_column);
+  wrong_.push_back({false, place.under, complaint_at(place, {.key = scope().path + std::string(table), .message = std::string(reason)})});
+}
+
 void Reader::require(bool holds, std::string_view key, const std::string& message) {
   if (holds || wrong_.size() >= kMostWrong) return;
   const auto step = [](const Node* node, const std::string& part) { return !node ? node : node->is_list() ? find_entry(*node, part) : node->find(part); };
@@ -181,9 +190,9 @@ bool Reader::read_number(const base::Key& key, const Node& whole, const Node& pa
 }
 
 bool Reader::read_vector(const base::Key& key, const Node& whole, const Node& part, const std::string& kind, base::Vec3& v) {
-  base::Vec3 read;
-  if (part.kind != Node::Kind::array || part.items.size() != 3) return complain(key, whole, kind), false;
-  for (int i = 0; i < 3; ++i)
+  base::Vec3 read = base::Vec3::Zero();
+  if (part.kind != Node::Kind::array || part.items.size() != static_cast<std::size_t>(vector_size())) return complain(key, whole, kind), false;
+  for (int i = 0; i < vector_size(); ++i)
     if (!read_number(key, whole, part.items[static_cast<std::size_t>(i)], kind, read[i])) return false;
   v = read;
   return true;
@@ -191,8 +200,9 @@ bool Reader::read_vector(const base::Key& key, const Node& whole, const Node& pa
 
 bool Reader::read_box(const base::Key& key, const Node& node, base::Box& v) {
   base::Box read;
-  if (node.kind != Node::Kind::array || node.items.size() != 2) return complain(key, node, kBox), false;
-  if (!read_vector(key, node, node.items[0], kBox, read.lower) || !read_vector(key, node, node.items[1], kBox, read.upper)) return false;
+  const std::string kind = box_words(vector_size());
+  if (node.kind != Node::Kind::array || node.items.size() != 2) return complain(key, node, kind), false;
+  if (!read_vector(key, node, node.items[0], kind, read.lower) || !read_vector(key, node, node.items[1], kind, read.upper)) return false;
   v = read;
   return true;
 }
@@ -236,28 +246,28 @@ void Reader::text(const base::Key& key, std::string& v) {
 
 void Reader::vector(const base::Key& key, base::Vec3& v) {
   const Node* node = declare(key.name);
-  if (node) read_vector(key, *node, *node, kVector, v);
-  note(key.name, node, vector_node(v));
+  if (node) read_vector(key, *node, *node, vector_words(vector_size()), v);
+  note(key.name, node, vector_node(v, vector_size()));
 }
 
 void Reader::optional_vector(const base::Key& key, std::optional<base::Vec3>& v) {
   const Node* node = declare(key.name);
   base::Vec3 read;
-  if (node && read_vector(key, *node, *node, kVector, read)) v = read;
-  if (v) note(key.name, node, vector_node(*v));
+  if (node && read_vector(key, *node, *node, vector_words(vector_size()), read)) v = read;
+  if (v) note(key.name, node, vector_node(*v, vector_size()));
 }
 
 void Reader::box(const base::Key& key, base::Box& v) {
   const Node* node = declare(key.name);
   if (node) read_box(key, *node, v);
-  note(key.name, node, box_node(v));
+  note(key.name, node, box_node(v, vector_size()));
 }
 
 void Reader::optional_box(const base::Key& key, std::optional<base::Box>& v) {
   const Node* node = declare(key.name);
   base::Box read;
   if (node && read_box(key, *node, read)) v = read;
-  if (v) note(key.name, node, box_node(*v));
+  if (v) note(key.name, node, box_node(*v, vector_size()));
 }
 
 void Reader::count_or_name(const base::Key& key, base::CountOrName& v) {

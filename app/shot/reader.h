@@ -30,6 +30,7 @@ class Reader : public base::Params {
   bool table(std::string_view name, std::string_view meaning, const std::function<void(base::Params&)>& keys) override;
   void preset_or_table(std::string_view name, std::string& preset, std::span<const std::string_view> names, std::string_view meaning,
                        const std::function<void(base::Params&)>& keys) override;
+  void without(std::string_view table, std::string_view reason) override;
   void require(bool holds, std::string_view key, const std::string& message) override;
 
  protected:
@@ -85,8 +86,8 @@ class Reader : public base::Params {
 /// `"a", "b" or "c"`.
 std::string one_of(std::span<const std::string_view> names);
 
-/// `v` as a node, in the spelling of the canonical text.
-Node vector_node(const base::Vec3& v);
-Node box_node(const base::Box& v);
+/// The first `size` numbers of `v` as a node, in the spelling of the canonical text.
+Node vector_node(const base::Vec3& v, std::int64_t size = 3);
+Node box_node(const base::Box& v, std::int64_t size = 3);
 
 }  // namespace app

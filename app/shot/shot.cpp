@@ -13,7 +13,7 @@ namespace app {
 namespace {
 
 constexpr std::uintmax_t kLargestShot = 1 << 20;  // [bytes]
-constexpr std::array<std::string_view, 1> kUpNames{"z"};
+constexpr std::array<std::string_view, 2> kUpNames{"y", "z"};
 
 /// A shot and what was read to get it.
 struct Reading {
@@ -78,15 +78,18 @@ Node entries(const Node& root, std::string_view list, std::string_view key, bool
 }  // namespace
 
 void Shot::params(base::Params& p) {
+  std::string up;
   p.table("shot", "the film", [&](base::Params& q) {
-    std::string up = "z";
     q("frames", frames, "1", "frames to make; frame 1 is t = 0", base::within(1, 1e6));
     q("fps", fps, "1/s", "frames a second", base::above(0));
-    q("up", up, "the direction that is up", kUpNames);
+    q("up", up, "the direction that is up: z, or y in two dimensions", kUpNames);
     q("quality", quality, "rung of the ladder of accuracy: sets sim.transfer, kernel and modes, and render.spp", kRungs);
   });
   scene.params(p);
-  p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
+  const bool flat = scene.options.dimension == 2;
+  p.require(up.empty() || up == (flat ? "y" : "z"), "shot.up", flat ? "must be \"y\" in two dimensions" : "must be \"z\"");
+  if (flat) p.without("surface", "has no effect in two dimensions: points are drawn as they are");
+  else p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
   render.params(p);
 
   p.require(!scene.bodies.empty(), "body", "a shot needs at least one [[body]]");
@@ -94,6 +97,7 @@ void Shot::params(base::Params& p) {
     const sim::Body& body = scene.bodies[i];
     const std::string key = "body." + std::to_string(i + 1);
     p.require(body.shape.box || body.shape.sphere, key + ".shape", "a body needs a shape");
+    if (flat) continue;
     require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
     p.require(look_of(body) == look_of(scene.bodies.front()), key + ".look", "one liquid has one look: all bodies must have the same");
   }
@@ -101,7 +105,7 @@ void Shot::params(base::Params& p) {
     const sim::Collider& collider = scene.colliders[i];
     const std::string key = "collider." + std::to_string(i + 1);
     p.require(collider.shape.box || collider.shape.sphere, key + ".shape", "a collider needs a shape");
-    require_look(p, render.looks, collider.look, key + ".look");
+    if (!flat) require_look(p, render.looks, collider.look, key + ".look");
   }
 }
 

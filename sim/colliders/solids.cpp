@@ -8,15 +8,22 @@ namespace {
 /// Particles stop this far from a wall or collider [cells]: on the wall itself they would sit on the edge of two cells.
 constexpr double kSkin = 1e-3;
 
-/// A box that stands on a wall goes on behind it: the side in the wall is no way out.
-Shape continued_through_walls(Shape shape, const base::Box& domain, double cell) {
+/// A box that stands on a wall goes on behind it: the side in the wall is no way out. So does one that spans a periodic axis.
+Shape continued_through_walls(Shape shape, const Options& o) {
   if (!shape.box) return shape;
-  const base::Vec3 size = domain.size();
-  for (int a = 0; a < 3; ++a) {
-    if (shape.box->lower[a] < domain.lower[a] + 1e-6 * cell) shape.box->lower[a] -= size[a];
-    if (shape.box->upper[a] > domain.upper[a] - 1e-6 * cell) shape.box->upper[a] += size[a];
+  const base::Vec3 size = o.domain.size();
+  for (int a = 0; a < o.dimension; ++a) {
+    const bool lower = shape.box->lower[a] < o.domain.lower[a] + 1e-6 * o.cell, upper = shape.box->upper[a] > o.domain.upper[a] - 1e-6 * o.cell;
+    const bool wall = !o.periodic(a);
+    if (lower && (wall || upper)) shape.box->lower[a] -= size[a];
+    if (upper && (wall || lower)) shape.box->upper[a] += size[a];
   }
   return shape;
+}
+
+template <class Real>
+void stop_at_wall(Real& velocity, Real outward) {
+  if (velocity * outward < 0) velocity = 0;
 }
 
 }  // namespace
@@ -25,9 +32,9 @@ template <int D>
 Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
     : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), solid(grid.size, 1) {
   for (const Collider& collider : scene.colliders)
-    shapes.push_back(continued_through_walls(collider.shape, scene.options.domain, cell));
+    for (const Shape& shape : with_images(continued_through_walls(collider.shape, scene.options), scene.options)) shapes.push_back(shape);
   for (std::size_t i = 0; i < lattice.size; ++i) {
-    const Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
+    const Cell<D> at = lattice.wrapped(lattice.cell_at(std::ptrdiff_t(i)));
     if (!lattice.inside(at)) continue;
     base::Vec3 middle = origin;
     for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
@@ -37,14 +44,18 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
 
 template <int D>
 template <class Real>
-bool Solids<D>::push_out(Site<D, Real>& site) const {
-  bool pushed = false;
+double Solids<D>::push_out(Moving<D, Real>& particle) const {
+  Site<D, Real>& site = particle.site;
+  double pushed = 0;
   const auto keep_inside = [&] {
+    site.cell = lattice.wrapped(site.cell);
     for (int a = 0; a < D; ++a) {
+      if (lattice.periodic[a]) continue;
       const Real low = Real(kSkin), high = 1 - Real(kSkin);
-      if (site.cell[a] < 0 || (site.cell[a] == 0 && site.offset[a] < low)) site.cell[a] = 0, site.offset[a] = low, pushed = true;
       const int last = lattice.cells[a] - 1;
-      if (site.cell[a] > last || (site.cell[a] == last && site.offset[a] > high)) site.cell[a] = last, site.offset[a] = high, pushed = true;
+      const double below = double(low) - site.cell[a] - double(site.offset[a]), above = site.cell[a] - last + double(site.offset[a]) - double(high);
+      if (below > 0) site.cell[a] = 0, site.offset[a] = low, pushed += below, stop_at_wall(particle.velocity[a], Real(1));
+      if (above > 0) site.cell[a] = last, site.offset[a] = high, pushed += above, stop_at_wall(particle.velocity[a], Real(-1));
     }
   };
   keep_inside();
@@ -55,17 +66,21 @@ bool Solids<D>::push_out(Site<D, Real>& site) const {
       for (int a = 0; a < D; ++a) at[a] += (double(site.cell[a]) + double(site.offset[a])) * cell;
       const double depth = kSkin * cell - shape.distance(at, &normal);
       if (depth <= 0) continue;
-      Vec<D, Real> step;
-      for (int a = 0; a < D; ++a) step[a] = Real(normal[a] * depth / cell);
-      site.move(step);
-      pushed = true;
+      Vec<D, Real> outward;
+      for (int a = 0; a < D; ++a) outward[a] = Real(normal[a]);
+      particle.velocity -= std::min(Real(0), particle.velocity.dot(outward)) * outward;
+      site.move(outward * Real(depth / cell));
+      pushed += depth / cell;
       keep_inside();
     }
   return pushed;
 }
 
+template struct Solids<2>;
 template struct Solids<3>;
-template bool Solids<3>::push_out(Site<3, float>&) const;
-template bool Solids<3>::push_out(Site<3, double>&) const;
+template double Solids<2>::push_out(Moving<2, float>&) const;
+template double Solids<2>::push_out(Moving<2, double>&) const;
+template double Solids<3>::push_out(Moving<3, float>&) const;
+template double Solids<3>::push_out(Moving<3, double>&) const;
 
 }  // namespace sim

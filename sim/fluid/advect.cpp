@@ -8,14 +8,24 @@ namespace sim {
 namespace {
 
 constexpr std::size_t kChunk = 4096;
+constexpr double kFarPush = 0.25;   // [cells] where a particle's polynomial is no longer about the place it was fitted at
 
-/// A midpoint may lie outside the domain; the field is asked at the nearest place inside.
+/// A midpoint may lie outside the domain; the field is asked at the nearest place inside, or across a periodic side.
 template <int D, class Real>
 void keep_inside(Site<D, Real>& site, const Lattice<D>& lattice) {
+  site.cell = lattice.wrapped(site.cell);
   for (int a = 0; a < D; ++a) {
     if (site.cell[a] < 0) site.cell[a] = 0, site.offset[a] = 0;
     if (site.cell[a] >= lattice.cells[a]) site.cell[a] = lattice.cells[a] - 1, site.offset[a] = std::nextafter(Real(1), Real(0));
   }
+}
+
+template <int D>
+std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes) {
+  std::vector<std::size_t> bend;
+  for (std::size_t r = 0; r < modes.size(); ++r)
+    if (*std::max_element(modes[r].begin(), modes[r].end()) == 2) bend.push_back(r);
+  return bend;
 }
 
 }  // namespace
@@ -30,30 +40,44 @@ void advect(const MacTransfer<D, Real>& transfer, const FaceField<D, Real>& velo
       middle.move(Real(0.5) * cells * transfer.velocity_at(velocity, site));
       keep_inside<D, Real>(middle, solids.lattice);
       site.move(cells * transfer.velocity_at(velocity, middle));
-      particles.cell[p] = site.cell;
+      particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
     }
   });
 }
 
 template <int D, class Real>
-std::int64_t push_out(const Solids<D>& solids, Particles<D, Real>& particles) {
-  return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
-    std::int64_t pushed = 0;
+Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& modes, Particles<D, Real>& particles) {
+  const std::vector<std::size_t> bend = modes_that_bend<D>(modes);
+  return base::ordered_reduce(particles.size(), kChunk, Contacts{}, [&](std::size_t begin, std::size_t end) {
+    Contacts contacts;
     for (std::size_t p = begin; p < end; ++p) {
-      Site<D, Real> site{particles.cell[p], particles.offset[p]};
-      if (!solids.push_out(site)) continue;
-      particles.cell[p] = site.cell;
-      particles.offset[p] = site.offset;
-      ++pushed;
+      Moving<D, Real> particle{{particles.cell[p], particles.offset[p]}, particles.velocity(p)};
+      const double pushed = solids.push_out(particle);
+      if (pushed == 0) continue;
+      const bool drops = pushed > kFarPush && !bend.empty();
+      particles.cell[p] = particle.site.cell;
+      particles.offset[p] = particle.site.offset;
+      for (int a = 0; a < D; ++a) {
+        const std::span<Real> c = particles.component(p, a);
+        c[0] = particle.velocity[a];
+        if (drops)
+          for (const std::size_t r : bend) c[r] = 0;
+      }
+      ++contacts.pushed_out;
+      contacts.dropped_modes += drops;
     }
-    return pushed;
-  }, [](std::int64_t a, std::int64_t b) { return a + b; });
+    return contacts;
+  }, [](const Contacts& a, const Contacts& b) { return Contacts{a.pushed_out + b.pushed_out, a.dropped_modes + b.dropped_modes}; });
 }
 
+template void advect(const MacTransfer<2, float>&, const FaceField<2, float>&, double, const Solids<2>&, Particles<2, float>&);
+template void advect(const MacTransfer<2, double>&, const FaceField<2, double>&, double, const Solids<2>&, Particles<2, double>&);
 template void advect(const MacTransfer<3, float>&, const FaceField<3, float>&, double, const Solids<3>&, Particles<3, float>&);
 template void advect(const MacTransfer<3, double>&, const FaceField<3, double>&, double, const Solids<3>&, Particles<3, double>&);
-template std::int64_t push_out(const Solids<3>&, Particles<3, float>&);
-template std::int64_t push_out(const Solids<3>&, Particles<3, double>&);
+template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
+template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);
+template Contacts push_out<3, float>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, float>&);
+template Contacts push_out<3, double>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, double>&);
 
 }  // namespace sim

@@ -5,12 +5,18 @@
 
 namespace sim {
 
-/// Explicit midpoint (RK2) over dt [s]: x += dt v(x + dt/2 v(x)). Cells stay inside the domain's ring of faces; push_out settles the rest.
+/// Explicit midpoint (RK2) over dt [s]: x += dt v(x + dt/2 v(x)). Who leaves through a periodic side comes in at the other; who leaves
+/// through a wall is push_out's.
 template <int D, class Real>
 void advect(const MacTransfer<D, Real>&, const FaceField<D, Real>& velocity, double dt, const Solids<D>&, Particles<D, Real>&);
 
-/// Moves every particle out of walls and colliders; returns how many had to be. Coefficients stay as they are.
+struct Contacts {
+  std::int64_t pushed_out = 0;      // particles that had to be moved
+  std::int64_t dropped_modes = 0;   // those moved by more than a quarter cell, whose modes that bend (a g factor) are set to 0
+};
+
+/// Moves every particle out of walls and colliders; its constant modes lose what led into them. `modes` are the coefficients'.
 template <int D, class Real>
-std::int64_t push_out(const Solids<D>&, Particles<D, Real>&);
+Contacts push_out(const Solids<D>&, const std::vector<ModeIndex<D>>& modes, Particles<D, Real>&);
 
 }  // namespace sim

@@ -10,8 +10,10 @@ namespace sim {
 
 enum class CellKind : std::uint8_t { air, liquid, solid };
 
-/// Liquid where a particle is, solid where the solids say so (a solid cell never becomes liquid), air elsewhere: pressure 0.
+/// Solid where the solids say so (a solid cell never becomes liquid); liquid where a particle is, and in a cell without one whose
+/// neighbours across all faces are liquid or solid: a gap between particles, which must not draw liquid in as the air above a surface
+/// does. Air elsewhere: pressure 0. Without a free surface all that is not solid is liquid. Images on periodic axes are filled.
 template <int D>
-std::vector<CellKind> classify_cells(const CellRanges&, const Solids<D>&);
+std::vector<CellKind> classify_cells(const CellRanges&, const Solids<D>&, bool free_surface = true);
 
 }  // namespace sim

@@ -35,8 +35,8 @@ class IncompleteCholesky {
           const double r2 = inverse_root_[j] * inverse_root_[j];
           e -= r2;
           for (int b = 0; b < system_.dimension; ++b) {
-            const std::int32_t k = system_.neighbour[j][2 * b + 1];
-            if (b != a && k >= 0 && std::size_t(k) < end) e -= kModified * r2;
+            const std::int32_t k = upper(std::size_t(j), b, end);
+            if (b != a && k >= 0) e -= kModified * r2;
           }
         }
         if (e < kSafety * system_.diagonal[i]) e = system_.diagonal[i];
@@ -57,7 +57,7 @@ class IncompleteCholesky {
       for (std::size_t i = end; i-- > begin;) {
         double t = z[i];
         for (int a = 0; a < system_.dimension; ++a)
-          if (const std::int32_t j = system_.neighbour[i][2 * a + 1]; j >= 0 && std::size_t(j) < end) t += inverse_root_[i] * z[j];
+          if (const std::int32_t j = upper(i, a, end); j >= 0) t += inverse_root_[i] * z[j];
         z[i] = t * inverse_root_[i];
       }
     });
@@ -66,7 +66,11 @@ class IncompleteCholesky {
  private:
   std::int32_t lower(std::size_t i, int axis, std::size_t begin) const {
     const std::int32_t j = system_.neighbour[i][2 * axis];
-    return j >= 0 && std::size_t(j) >= begin ? j : PoissonSystem::kNone;
+    return j >= 0 && std::size_t(j) >= begin && std::size_t(j) < i ? j : PoissonSystem::kNone;
+  }
+  std::int32_t upper(std::size_t i, int axis, std::size_t end) const {
+    const std::int32_t j = system_.neighbour[i][2 * axis + 1];
+    return j >= 0 && std::size_t(j) < end && std::size_t(j) > i ? j : PoissonSystem::kNone;
   }
   template <class Body>
   void for_ranges(const Body& body) const {
@@ -90,6 +94,18 @@ void apply(const PoissonSystem& system, const Vector& x, Vector& y) {
   });
 }
 
+void remove_constants(const PoissonSystem& system, Vector& values) {
+  for (const auto& pocket : system.pockets) {
+    const double sum = base::ordered_reduce(pocket.size(), kChunk, 0.0, [&](std::size_t begin, std::size_t end) {
+      double s = 0;
+      for (std::size_t m = begin; m < end; ++m) s += values[std::size_t(pocket[m])];
+      return s;
+    }, [](double s, double t) { return s + t; });
+    const double mean = sum / double(pocket.size());
+    for (const std::int32_t i : pocket) values[std::size_t(i)] -= mean;
+  }
+}
+
 SolveReport solve_iteratively(const PoissonSystem& system, const Vector& b, double tolerance, Vector& x) {
   const std::size_t n = system.size();
   SolveReport report;
@@ -106,6 +122,7 @@ SolveReport solve_iteratively(const PoissonSystem& system, const Vector& b, doub
   double rho = 0;
   while (!(report.residual <= tolerance) && report.iterations < kMostIterations) {
     preconditioner.apply_inverse(r, z);
+    remove_constants(system, z);
     const double rho_new = dot(r, z), beta = report.iterations ? rho_new / rho : 0;
     rho = rho_new;
     base::parallel_chunks(n, kChunk, [&](std::size_t begin, std::size_t end) {

@@ -1,5 +1,6 @@
 #include <cholmod.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -20,7 +21,7 @@ struct Workspace {
   Workspace& operator=(const Workspace&) = delete;
 };
 
-/// Lower triangle, compressed columns: rows ascend in a column because numbers ascend along each axis.
+/// Lower triangle, compressed columns, rows of a column ascending.
 cholmod_sparse* lower_triangle(const PoissonSystem& system, cholmod_common& common) {
   const std::size_t n = system.size();
   cholmod_sparse* A = cholmod_allocate_sparse(n, n, n * std::size_t(1 + system.dimension), false, true, -1, CHOLMOD_REAL, &common);
@@ -32,10 +33,13 @@ cholmod_sparse* lower_triangle(const PoissonSystem& system, cholmod_common& comm
   for (std::size_t i = 0; i < n; ++i) {
     start[i] = entry;
     row[entry] = int(i), value[entry++] = system.diagonal[i];
-    for (int a = 0; a < system.dimension; ++a)
-      if (const std::int32_t j = system.neighbour[i][2 * a + 1]; j >= 0) row[entry] = j, value[entry++] = -1;
+    const int first = entry;
+    for (int m = 0; m < 2 * system.dimension; ++m)
+      if (const std::int32_t j = system.neighbour[i][m]; j > int(i)) row[entry] = j, value[entry++] = -1;
+    std::sort(row + first, row + entry);
   }
   start[n] = entry;
+  for (const auto& pocket : system.pockets) value[start[pocket.front()]] += 1;
   return A;
 }
 

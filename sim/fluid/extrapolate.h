@@ -11,7 +11,7 @@ template <int D>
 struct FaceMask : std::array<std::vector<std::uint8_t>, std::size_t(D)> {};
 
 /// Fills faces that are not valid, layer after layer, each with the mean of its axis neighbours in earlier layers. `layers` cells deep;
-/// faces beyond get 0.
+/// faces beyond get 0. On periodic axes what lies across a side counts, and images are filled.
 template <int D, class Real>
 void extrapolate(FaceField<D, Real>&, const FaceMask<D>& valid, const Lattice<D>&, int layers);
 

@@ -9,9 +9,8 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
-#include "sim/fluid/advect.h"
-#include "sim/fluid/pressure.h"
 #include "sim/fluid/seeding.h"
+#include "sim/fluid/step.h"
 #include "sim/random.h"
 
 namespace sim {
@@ -20,25 +19,35 @@ namespace {
 template <int D>
 Lattice<D> make_lattice(const Options& o) {
   Cell<D> cells;
-  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell));
-  return Lattice<D>(cells);
+  std::array<bool, D> periodic;
+  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
+  return Lattice<D>(cells, periodic);
+}
+
+/// A particle in every cell that is not solid: there is no air, and an incompressible liquid never gets any.
+template <int D, class Real>
+bool fills_the_domain(const Particles<D, Real>& particles, const Solids<D>& solids) {
+  std::vector<std::uint8_t> filled = solids.solid;
+  for (const Cell<D>& cell : particles.cell) filled[std::size_t(solids.lattice.index(cell))] = 1;
+  for (std::size_t i = 0; i < filled.size(); ++i)
+    if (!filled[i] && solids.lattice.inside(solids.lattice.cell_at(std::ptrdiff_t(i)))) return false;
+  return true;
 }
 
 template <int D, class Real>
 class Liquid final : public Simulation {
  public:
   Liquid(const Scene& scene, double fps)
-      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), lattice_(make_lattice<D>(scene.options)), solids_(scene, lattice_),
-        transfer_(lattice_, options_.kernel, mode_set<D>(options_.transfer, options_.kernel, options_.modes)),
-        particles_(seed_particles<D, Real>(scene, lattice_, solids_, int(transfer_.modes().size()))) {
+      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+        particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
+        step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     if (particles_.size() == 0)
       throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
-    counters_.pushed_out = push_out(solids_, particles_);
-    particle_volume_ = std::pow(options_.cell, D) / double(options_.particles_per_cell);
   }
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
-    counters_ = {};
+    step_.clear_counts();
+    substeps_ = 0;
     for (double left = 1 / fps_; left > 0;) {
       if (interrupted && interrupted()) return false;
       left -= step(left, ledger);
@@ -53,64 +62,24 @@ class Liquid final : public Simulation {
   void restore(const State&) override;
 
  private:
-  /// One step of at most `left` [s]; returns its length.
+  static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
+
+  /// One step of at most `left` [s]; returns its length. A projection that would carry a face's velocity more than twice as far as cfl
+  /// allows (an impact that the guess could not know of) is done again over half the time.
   double step(double left, base::Ledger& ledger) {
-    const auto particle_bytes = std::int64_t(particles_.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + particles_.row() * sizeof(Real)));
-    const auto grid_bytes = std::int64_t(lattice_.size * D * sizeof(Real));
-    CellRanges ranges;
-    {
-      const auto pass = ledger.pass("sort", 2 * particle_bytes);
-      ranges = order_.sort(particles_, lattice_);
-    }
-    {
-      const auto pass = ledger.pass("p2g", particle_bytes + 4 * grid_bytes);
-      transfer_.scatter(particles_, ranges, grid_);
-    }
-    {
-      const auto pass = ledger.pass("extrapolate", 2 * grid_bytes);
-      fill_empty_faces();
-      scattered_ = grid_.velocity;
-    }
-    const std::vector<CellKind> kind = classify_cells(ranges, solids_);
+    step_.scatter(particles_, ledger);
     double dt = first_guess(left);
-    while (!try_velocity(dt, kind, ledger)) {
+    while (step_.project(dt, gravity_, ledger) * dt > 2 * options_.cfl * options_.cell) {
       dt /= 2;
       if (dt < kShortestStep / fps_)
         throw base::Error({.code = base::Exit::unstable, .hint = "raise sim.cfl or shot.fps, or take a coarser sim.cell",
                            .message = fmt::format("pressure: frame {}: a velocity would cross more than {:.3g} cells in {:.1g} of a frame",
                                                   frame_ + 1, 2 * options_.cfl, kShortestStep)});
     }
-    {
-      const auto pass = ledger.pass("extrapolate", 2 * grid_bytes);
-      extrapolate(grid_.velocity, valid_, lattice_, layers());
-    }
-    {
-      const auto pass = ledger.pass("g2p", particle_bytes + grid_bytes);
-      transfer_.gather(grid_.velocity, &scattered_, gather_rule(dt), particles_);
-    }
-    {
-      const auto pass = ledger.pass("advect", particle_bytes + 2 * grid_bytes);
-      advect(transfer_, grid_.velocity, dt, solids_, particles_);
-    }
-    {
-      const auto pass = ledger.pass("collide", particle_bytes);
-      counters_.pushed_out += push_out(solids_, particles_);
-    }
-    ++counters_.substeps;
+    step_.gather(gather_rule(dt), particles_, ledger);
+    step_.move(dt, particles_, ledger);
+    ++substeps_;
     return dt >= left ? left : dt;
-  }
-
-  /// Cells that a particle may cross in a step, rounded up, and a margin for the kernel: how deep the field must reach into the air.
-  int layers() const { return int(std::ceil(std::sqrt(3.0) * options_.cfl)) + 3; }
-
-  /// Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
-  void fill_empty_faces() {
-    constexpr int kShallow = 2;
-    for (int a = 0; a < D; ++a) {
-      valid_[a].resize(lattice_.size);
-      for (std::size_t i = 0; i < lattice_.size; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
-    }
-    extrapolate(grid_.velocity, valid_, lattice_, options_.transfer == Transfer::flip ? layers() : kShallow);
   }
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
@@ -121,32 +90,9 @@ class Liquid final : public Simulation {
     return 2 * dt > left ? left / 2 : dt;
   }
 
-  /// Forces and projection over dt. False when the projected field would carry a face's velocity more than twice as far as cfl allows:
-  /// an impact the guess could not know of.
-  bool try_velocity(double dt, const std::vector<CellKind>& kind, base::Ledger& ledger) {
-    {
-      const auto pass = ledger.pass("forces", std::int64_t(2 * lattice_.size * D * sizeof(Real)));
-      for (int a = 0; a < D; ++a) {
-        const Real change = Real(dt * gravity_[a]);
-        base::parallel_chunks(lattice_.size, 65536, [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
-        });
-      }
-    }
-    const auto pass = ledger.pass("pressure");
-    const PressureReport report = project(grid_.velocity, kind, lattice_, options_.pressure_tolerance, valid_);
-    counters_.pressure_iterations += report.iterations;
-    counters_.max_divergence = report.max_divergence / options_.cell;
-    double fastest = 0;
-    for (int a = 0; a < D; ++a)
-      for (std::size_t i = 0; i < lattice_.size; ++i)
-        if (valid_[a][i]) fastest = std::max(fastest, std::abs(double(grid_.velocity[a][i])));
-    return fastest * dt <= 2 * options_.cfl * options_.cell;
-  }
-
   GatherRule gather_rule(double dt) const {
     if (options_.transfer != Transfer::flip) return {};
-    const double fall = std::sqrt(2 * gravity_.norm() * options_.domain.size().z());
+    const double fall = std::sqrt(2 * gravity_.cwiseAbs().dot(options_.domain.size()));   // from one side of the domain to the other
     const double reference = std::max(fall, max_speed());
     const double time = options_.flip_time.value_or(reference > 0 ? 49.75 * options_.cell / reference : 1 / fps_);
     return {true, std::exp(-dt / time)};
@@ -166,17 +112,11 @@ class Liquid final : public Simulation {
   Options options_;
   double fps_;
   base::Vec3 gravity_;
-  Lattice<D> lattice_;
   Solids<D> solids_;
-  MacTransfer<D, Real> transfer_;
   Particles<D, Real> particles_;
-  CanonicalOrder<D, Real> order_;
-  double particle_volume_ = 0;
-  MacVelocity<D, Real> grid_;
-  FaceField<D, Real> scattered_;   // the field after P2G, before forces
-  FaceMask<D> valid_;
-  std::int64_t frame_ = 1;
-  Totals counters_;
+  FluidStep<D, Real> step_;
+  double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
+  std::int64_t frame_ = 1, substeps_ = 0;
 };
 
 template <int D, class Real>
@@ -184,7 +124,7 @@ Frame Liquid<D, Real>::frame() const {
   Frame f;
   f.number = frame_;
   f.time = double(frame_ - 1) / fps_;
-  f.pscale = std::cbrt(3 * particle_volume_ / (4 * M_PI));
+  f.pscale = D == 2 ? std::sqrt(particle_volume_ / M_PI) : std::cbrt(3 * particle_volume_ / (4 * M_PI));
   const std::size_t n = particles_.size();
   f.position.resize(n), f.velocity.resize(n), f.id.resize(n);
   base::parallel_chunks(n, 16384, [&](std::size_t begin, std::size_t end) {
@@ -204,19 +144,30 @@ Frame Liquid<D, Real>::frame() const {
 
 template <int D, class Real>
 Totals Liquid<D, Real>::totals() const {
-  Totals t = counters_;
+  Totals t;
+  const StepCounts& counts = step_.counts();
+  t.substeps = substeps_;
+  t.pushed_out = counts.pushed_out;
+  t.dropped_modes = counts.dropped_modes;
+  t.limited_modes = counts.limited_modes;
+  t.light_faces = counts.light_faces;
+  t.pressure_iterations = counts.pressure_iterations;
+  t.max_divergence = counts.max_divergence;
   const std::size_t n = particles_.size();
   t.time = double(frame_ - 1) / fps_;
   t.particles = std::int64_t(n);
   t.mass = particles_.mass * double(n);
   t.volume = particle_volume_ * double(n);
-  const auto sums = transfer_.sums(particles_, options_.cell);
+  const auto sums = step_.transfer().sums(particles_, options_.cell);
   t.kinetic_energy = sums.kinetic_energy;
   t.linear_momentum = sums.linear_momentum;
   t.angular_momentum = sums.angular_momentum;
+  base::Vec3 downhill = gravity_;
+  for (int a = 0; a < D; ++a)
+    if (options_.periodic(a)) downhill[a] = 0;
   t.potential_energy = -particles_.mass * base::ordered_reduce(n, 16384, 0.0, [&](std::size_t begin, std::size_t end) {
     double sum = 0;
-    for (std::size_t p = begin; p < end; ++p) sum += options_.cell * gravity_.head<D>().dot(particles_.place(p));
+    for (std::size_t p = begin; p < end; ++p) sum += options_.cell * downhill.head<D>().dot(particles_.place(p));
     return sum;
   }, [](double a, double b) { return a + b; });
   t.max_speed = max_speed();
@@ -244,11 +195,12 @@ void Liquid<D, Real>::restore(const State& s) {
   const bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, p.id) && read_column<std::int32_t>(s, "cell", n, D, p.cell) &&
                     read_column<Real>(s, "offset", n, D, p.offset) &&
                     read_column<Real>(s, "coefficients", n, std::int64_t(p.row()), p.coefficients) &&
-                    std::all_of(p.cell.begin(), p.cell.end(), [&](const Cell<D>& c) { return lattice_.inside(c); });
+                    std::all_of(p.cell.begin(), p.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   frame_ = s.frame;
-  counters_ = {};
+  step_.clear_counts();
+  substeps_ = 0;
 }
 
 /// A hash of each particle's id, place and coefficients, summed: the order of storage does not matter.
@@ -272,11 +224,16 @@ std::uint64_t Liquid<D, Real>::state_hash() const {
   }, [](std::uint64_t a, std::uint64_t b) { return a + b; });
 }
 
+template <int D>
+std::unique_ptr<Simulation> make(const Scene& scene, double fps) {
+  if (scene.options.precision == Precision::double_precision) return std::make_unique<Liquid<D, double>>(scene, fps);
+  return std::make_unique<Liquid<D, float>>(scene, fps);
+}
+
 }  // namespace
 
 std::unique_ptr<Simulation> make_liquid(const Scene& scene, double fps) {
-  if (scene.options.precision == Precision::double_precision) return std::make_unique<Liquid<3, double>>(scene, fps);
-  return std::make_unique<Liquid<3, float>>(scene, fps);
+  return scene.options.dimension == 2 ? make<2>(scene, fps) : make<3>(scene, fps);
 }
 
 }  // namespace sim

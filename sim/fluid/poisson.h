@@ -8,12 +8,15 @@
 namespace sim {
 
 /// Row i: diagonal[i] x_i - sum over neighbours x_j = b_i. Neighbours of axis a are neighbour[i][2a] (lower) and [2a + 1] (upper);
-/// kNone where the other side is solid (no term) or air (a term in the diagonal only). Symmetric; numbers ascend along each axis.
+/// kNone where the other side is solid (no term) or air (a term in the diagonal only). Symmetric. Numbers ascend along each axis, but
+/// for links around a periodic side.
 struct PoissonSystem {
   static constexpr std::int32_t kNone = -1;
   int dimension = 3;
   std::vector<std::array<std::int32_t, 6>> neighbour;
   std::vector<double> diagonal;
+  /// Components without air, members ascending: the constants on each are null vectors, and b must sum to 0 there.
+  std::vector<std::vector<std::int32_t>> pockets;
   std::size_t size() const { return diagonal.size(); }
 };
 
@@ -26,10 +29,14 @@ struct SolveReport {
 /// y = A x.
 void apply(const PoissonSystem&, const std::vector<double>& x, std::vector<double>& y);
 
-/// Conjugate gradients from x, preconditioned with MIC(0) [Bridson15 ch 5.4] in independent ranges of rows of fixed length.
+/// Removes the mean over each pocket.
+void remove_constants(const PoissonSystem&, std::vector<double>& values);
+
+/// Conjugate gradients from x, preconditioned with MIC(0) [Bridson15 ch 5.4] in independent ranges of rows of fixed length; links between
+/// ranges and around periodic sides are left out of it. Constants on pockets are projected out of the iterates.
 SolveReport solve_iteratively(const PoissonSystem&, const std::vector<double>& b, double tolerance, std::vector<double>& x);
 
-/// Sparse Cholesky factorisation (CHOLMOD), single-threaded.
+/// Sparse Cholesky factorisation (CHOLMOD), single-threaded. In each pocket the first unknown is pinned to 0.
 SolveReport solve_directly(const PoissonSystem&, const std::vector<double>& b, std::vector<double>& x);
 
 }  // namespace sim

@@ -8,11 +8,12 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/fluid/poisson.h"
+#include "sim/transfer/images.h"
 
 namespace sim {
 namespace {
 
-/// Liquid cells in ascending lattice index; number[cell] is the unknown or kNone.
+/// Liquid cells in ascending lattice index; number[cell] is the unknown or kNone, of an image that of its cell.
 struct Numbering {
   std::vector<std::uint32_t> cell;
   std::vector<std::int32_t> number;
@@ -23,7 +24,7 @@ Numbering number_cells(const std::vector<CellKind>& kind, const Lattice<D>& latt
   Numbering n;
   n.number.assign(kind.size(), PoissonSystem::kNone);
   for (std::size_t i = 0; i < kind.size(); ++i) {
-    if (kind[i] != CellKind::liquid) continue;
+    if (kind[i] != CellKind::liquid || !lattice.inside(lattice.cell_at(std::ptrdiff_t(i)))) continue;
     // A liquid cell shut in by solids on all sides has no face that moves: nothing to solve.
     bool moves = false;
     for (int a = 0; a < D; ++a)
@@ -32,6 +33,7 @@ Numbering number_cells(const std::vector<CellKind>& kind, const Lattice<D>& latt
     n.number[i] = std::int32_t(n.cell.size());
     n.cell.push_back(std::uint32_t(i));
   }
+  fill_images(n.number, lattice);
   return n;
 }
 
@@ -72,11 +74,10 @@ std::vector<double> outflow(const FaceField<D, Real>& v, const Numbering& n, con
   return out;
 }
 
-/// Components of liquid without air: removes the mean of b there and pins the first unknown, which then stays 0. Returns their count.
-std::int64_t close_pockets(PoissonSystem& s, std::vector<double>& b) {
+/// Notes the components of liquid that touch no air.
+void find_pockets(PoissonSystem& s) {
   std::vector<std::int32_t> stack, members;
   std::vector<std::uint8_t> seen(s.size(), 0);
-  std::int64_t pockets = 0;
   for (std::size_t start = 0; start < s.size(); ++start) {
     if (seen[start]) continue;
     bool touches_air = false;
@@ -96,15 +97,9 @@ std::int64_t close_pockets(PoissonSystem& s, std::vector<double>& b) {
       touches_air = touches_air || linked < s.diagonal[std::size_t(i)];
     }
     if (touches_air) continue;
-    ++pockets;
     std::sort(members.begin(), members.end());
-    double mean = 0;
-    for (const std::int32_t i : members) mean += b[std::size_t(i)];
-    mean /= double(members.size());
-    for (const std::int32_t i : members) b[std::size_t(i)] -= mean;
-    s.diagonal[start] += 1;
+    s.pockets.push_back(members);
   }
-  return pockets;
 }
 
 /// Solid faces get the solid's velocity, 0. A face is valid when liquid touches it.
@@ -151,6 +146,8 @@ template <int D, class Real>
 PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>& kind, const Lattice<D>& lattice, double tolerance,
                        FaceMask<D>& valid) {
   hold_solids<D, Real>(velocity, kind, lattice, valid);
+  fill_images(velocity, lattice);   // the outermost of the arrays have no neighbour to be judged by
+  fill_images(valid, lattice);
   const Numbering n = number_cells<D>(kind, lattice);
   PressureReport report;
   report.unknowns = std::int64_t(n.cell.size());
@@ -162,7 +159,9 @@ PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>
   for (double& v : b) v = -v;
   if (!std::isfinite(largest(b)))
     throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
-  report.closed_pockets = close_pockets(system, b);
+  find_pockets(system);
+  remove_constants(system, b);
+  report.closed_pockets = std::int64_t(system.pockets.size());
 
   std::vector<double> p(n.cell.size(), 0.0);
   const bool direct = report.unknowns <= kDirectUnknowns;
@@ -174,10 +173,13 @@ PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>
                        .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", report.unknowns,
                                               solved.residual, solved.iterations, tolerance)});
   subtract_gradient<D, Real>(velocity, kind, n, p, lattice);
+  fill_images(velocity, lattice);
   report.max_divergence = largest(outflow<D, Real>(velocity, n, lattice));
   return report;
 }
 
+template PressureReport project(FaceField<2, float>&, const std::vector<CellKind>&, const Lattice<2>&, double, FaceMask<2>&);
+template PressureReport project(FaceField<2, double>&, const std::vector<CellKind>&, const Lattice<2>&, double, FaceMask<2>&);
 template PressureReport project(FaceField<3, float>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
 template PressureReport project(FaceField<3, double>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
 

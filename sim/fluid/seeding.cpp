@@ -1,5 +1,6 @@
 #include "sim/fluid/seeding.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/random.h"
@@ -14,11 +15,15 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
   particles.modes = modes;
   particles.mass = scene.bodies.front().density * std::pow(o.cell, D) / double(o.particles_per_cell);
 
+  std::vector<std::vector<Shape>> shapes;   // of each body
+  for (const Body& body : scene.bodies) shapes.push_back(with_images(body.shape, o));
+  const auto holds = [](const std::vector<Shape>& any, const base::Vec3& at) {
+    return std::any_of(any.begin(), any.end(), [&](const Shape& shape) { return shape.distance(at) < 0; });
+  };
   const auto owner = [&](const base::Vec3& at) -> const Body* {
-    for (const Shape& solid : solids.shapes)
-      if (solid.distance(at) < 0) return nullptr;
-    for (const Body& body : scene.bodies)
-      if (body.shape.distance(at) < 0) return &body;
+    if (holds(solids.shapes, at)) return nullptr;
+    for (std::size_t b = 0; b < shapes.size(); ++b)
+      if (holds(shapes[b], at)) return &scene.bodies[b];
     return nullptr;
   };
 
@@ -37,8 +42,10 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
       }
       const Body* body = owner(place);
       if (!body) continue;
-      particles.cell.push_back(at);
-      particles.offset.push_back(offset);
+      Moving<D, Real> particle{{at, offset}, Vec<D, Real>::Zero()};   // it may touch a wall; that is no contact that stops it
+      solids.push_out(particle);
+      particles.cell.push_back(particle.site.cell);
+      particles.offset.push_back(particle.site.offset);
       particles.id.push_back(std::int64_t(particles.id.size()));
       for (int a = 0; a < D; ++a)
         for (int r = 0; r < modes; ++r) particles.coefficients.push_back(r == 0 ? Real(body->velocity[a]) : Real(0));
@@ -48,6 +55,8 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
   return particles;
 }
 
+template Particles<2, float> seed_particles(const Scene&, const Lattice<2>&, const Solids<2>&, int);
+template Particles<2, double> seed_particles(const Scene&, const Lattice<2>&, const Solids<2>&, int);
 template Particles<3, float> seed_particles(const Scene&, const Lattice<3>&, const Solids<3>&, int);
 template Particles<3, double> seed_particles(const Scene&, const Lattice<3>&, const Solids<3>&, int);
 

@@ -1,5 +1,6 @@
 #pragma once
-// Particles at t = 0: every cell is cut into particles_per_cell equal boxes with one particle each, kept where a body is and no collider.
+// Particles at t = 0: every cell is cut into particles_per_cell equal boxes with one particle each, kept where a body is and no collider,
+// and moved out of the skin of walls and colliders.
 #include "sim/colliders/solids.h"
 #include "sim/scene.h"
 #include "sim/transfer/particles.h"
