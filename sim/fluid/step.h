@@ -1,0 +1,66 @@
+#pragma once
+// One step of an incompressible fluid, pass by pass: particles -> grid, forces and projection, grid -> particles, motion.
+//
+//   step.scatter(particles, ledger);                  sort, P2G, which cells are liquid
+//   step.project(dt, acceleration, ledger);           v* = v + dt g, then without divergence; again with another dt if it must be
+//   step.gather(rule, particles, ledger);             G2P
+//   step.move(dt, particles, ledger);                 motion, contact, carry
+//
+// Whoever wants motion first (the field of the last projection moves the particles) begins with `move`.
+#include <cstdint>
+#include <vector>
+
+#include "base/ledger.h"
+#include "sim/fluid/cells.h"
+#include "sim/fluid/extrapolate.h"
+#include "sim/transfer/mac_transfer.h"
+
+namespace sim {
+
+/// What steps have counted since they were asked last.
+struct StepCounts {
+  std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_faces = 0, pressure_iterations = 0;   // as in Totals
+  double max_divergence = 0;          // [1/s] left by the last projection
+};
+
+template <int D, class Real>
+class FluidStep {
+ public:
+  /// Without a free surface every cell that is not solid is liquid, whether a particle is in it or not. `solids` must outlive the step.
+  FluidStep(const Options&, const Solids<D>& solids, bool free_surface);
+
+  void scatter(Particles<D, Real>&, base::Ledger&);
+  /// dt [s], acceleration [m/s^2] of the whole fluid. Returns the speed of the fastest face component [m/s]. Starts from what `scatter`
+  /// left, so it may be called again.
+  double project(double dt, const base::Vec3& acceleration, base::Ledger&);
+  void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
+  void move(double dt, Particles<D, Real>&, base::Ledger&);
+
+  /// The field of the last projection [m/s]; after `gather` reaching into the air.
+  const FaceField<D, Real>& velocity() const { return grid_.velocity; }
+  /// Begins with a field that is known, valid everywhere.
+  void set_velocity(FaceField<D, Real> field);
+  const MacTransfer<D, Real>& transfer() const { return transfer_; }
+  const StepCounts& counts() const { return counts_; }
+  void clear_counts() { counts_ = {}; }
+
+ private:
+  /// Cells that a particle may cross in a step, rounded up, and a margin for the kernel: how deep the field must reach into the air.
+  int layers() const;
+  std::int64_t grid_bytes() const { return std::int64_t(lattice_.size * D * sizeof(Real)); }
+
+  Options options_;
+  const Solids<D>& solids_;
+  const Lattice<D>& lattice_;
+  bool free_surface_;
+  MacTransfer<D, Real> transfer_;
+  CanonicalOrder<D, Real> order_;
+  std::vector<CellKind> kind_;
+  MacVelocity<D, Real> grid_;
+  FaceField<D, Real> scattered_;      // the field after P2G, before forces
+  FaceMask<D> valid_;
+  Departure<D, Real> departure_;      // empty unless the carry limits
+  StepCounts counts_;
+};
+
+}  // namespace sim
