@@ -10,9 +10,9 @@
 #include "base/error.h"
 #include "render/render.h"
 #include "render/sampling/sampler.h"
+#include "render/trace/camera.h"
 #include "render/trace/filter.h"
 #include "render/trace/integrator.h"
-#include "render/view/view.h"
 
 namespace render {
 namespace {
@@ -20,7 +20,10 @@ namespace {
 using base::Vec3f;
 
 constexpr std::int64_t kTile = 16;  // [pixels]
-const std::vector<std::string> kChannels = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "Z", "samples"};
+const std::vector<std::string> kChannels = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "Z", "motion.X", "motion.Y", "id", "samples"};
+
+/// Dimensions of the points that choose a camera ray; the integrator's start at 1.
+constexpr std::uint32_t kPixel = 0, kLens = 0x80000000, kTime = 0x80000001;
 
 /// Denormal numbers count as zero, as Embree's traversal wants it, until the end of the scope.
 class FlushDenormals {
@@ -50,63 +53,63 @@ std::int64_t bytes_of(const surface::Mesh& mesh) {
 
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
-      : options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), arena(threads) {
-    const view::View v = view::resolve(s.camera, s.domain, options.width, options.height);
-    position = v.position.cast<float>();
-    forward = v.forward.cast<float>();
-    right = (v.tan_x * v.right).cast<float>();
-    up = (v.tan_y * v.up).cast<float>();
-  }
+      : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), arena(threads) {}
 
-  /// Through (x + offset.x, y + offset.y) [pixels], from the upper left corner.
-  trace::Ray camera_ray(std::int64_t x, std::int64_t y, sampling::Point offset) const {
-    const float a = (2 * (static_cast<float>(x) + offset.x) / static_cast<float>(options.width) - 1), b = (1 - 2 * (static_cast<float>(y) + offset.y) / static_cast<float>(options.height));
-    const Vec3f direction = forward + a * right + b * up;
-    return {position, direction / direction.norm()};
-  }
-  void pixel(const sampling::Sequence&, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const;
-  void tile(const sampling::Sequence&, std::int64_t number, std::int64_t frame, Image&) const;
+  trace::Ray camera_ray(const trace::Camera&, const sampling::PixelSampler&, std::uint32_t sample, std::int64_t x, std::int64_t y) const;
+  void pixel(const trace::Camera&, const sampling::Sequence&, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const;
+  void tile(const trace::Camera&, const sampling::Sequence&, std::int64_t number, std::int64_t frame, Image&) const;
   std::int64_t tiles_across() const { return (options.width + kTile - 1) / kTile; }
   std::int64_t tiles() const { return tiles_across() * ((options.height + kTile - 1) / kTile); }
 
+  Setting setting;
   Options options;
   trace::Scene scene;
   trace::Geometry geometry;
-  Vec3f position, forward, right, up;  // the camera; right and up reach to the edges of the picture, one metre in front of it
   trace::PixelFilter filter;
   tbb::task_arena arena;
 };
 
-void PathTracer::Impl::pixel(const sampling::Sequence& sequence, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const {
+trace::Ray PathTracer::Impl::camera_ray(const trace::Camera& camera, const sampling::PixelSampler& points, std::uint32_t sample, std::int64_t x, std::int64_t y) const {
+  const sampling::Point at = points.point(sample, kPixel);
+  return camera.ray(static_cast<float>(x) + (0.5f + filter.offset(at.x)), static_cast<float>(y) + (0.5f + filter.offset(at.y)), points.point(sample, kLens),
+                    points.point(sample, kTime).x);
+}
+
+void PathTracer::Impl::pixel(const trace::Camera& camera, const sampling::Sequence& sequence, std::int64_t x, std::int64_t y, std::int64_t frame, float* out) const {
   const trace::Integrator integrator(scene, geometry);
   const sampling::PixelSampler points(sequence, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
   Vec3f color = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
+  Eigen::Vector2f motion = Eigen::Vector2f::Zero();
   float depth = 0;
+  int id = 0;
   for (std::int64_t s = 0; s < options.spp; ++s) {
-    const sampling::Point at = points.point(static_cast<std::uint32_t>(s), 0);
-    const trace::Ray ray = camera_ray(x, y, {0.5f + filter.offset(at.x), 0.5f + filter.offset(at.y)});
+    const trace::Ray ray = camera_ray(camera, points, static_cast<std::uint32_t>(s), x, y);
     trace::FirstHit first;
     const Vec3f radiance = integrator.radiance(ray, points, static_cast<std::uint32_t>(s), first);
     if (!radiance.allFinite()) complain_of_pixel(x, y, s, frame);
     color += radiance;
+    motion += camera.motion(ray, first);
     if (!first.found) continue;
     albedo += first.albedo;
     normal += first.normal;
-    const float z = first.t * ray.direction.dot(forward);
-    depth = depth == 0 ? z : std::min(depth, z);
+    const float z = camera.depth(ray, first.t);
+    if (depth != 0 && z >= depth) continue;
+    depth = z;
+    id = first.id;
   }
   const float share = 1 / static_cast<float>(options.spp);
   const Vec3f c = share * color, a = share * albedo, n = share * normal;
-  const float values[] = {c.x(), c.y(), c.z(), 1, a.x(), a.y(), a.z(), n.x(), n.y(), n.z(), depth, static_cast<float>(options.spp)};
+  const float values[] = {c.x(), c.y(), c.z(), 1, a.x(), a.y(), a.z(), n.x(), n.y(), n.z(), depth, share * motion.x(), share * motion.y(), static_cast<float>(id),
+                          static_cast<float>(options.spp)};
   std::copy(std::begin(values), std::end(values), out);
 }
 
-void PathTracer::Impl::tile(const sampling::Sequence& sequence, std::int64_t number, std::int64_t frame, Image& image) const {
+void PathTracer::Impl::tile(const trace::Camera& camera, const sampling::Sequence& sequence, std::int64_t number, std::int64_t frame, Image& image) const {
   const FlushDenormals scope;
   const std::int64_t left = number % tiles_across() * kTile, top = number / tiles_across() * kTile;
   for (std::int64_t y = top; y < std::min(top + kTile, options.height); ++y)
     for (std::int64_t x = left; x < std::min(left + kTile, options.width); ++x)
-      pixel(sequence, x, y, frame, &image.pixels[static_cast<std::size_t>(y * options.width + x) * kChannels.size()]);
+      pixel(camera, sequence, x, y, frame, &image.pixels[static_cast<std::size_t>(y * options.width + x) * kChannels.size()]);
 }
 
 PathTracer::PathTracer(const Setting& setting, int threads) : impl_(std::make_unique<Impl>(setting, threads)) {}
@@ -114,15 +117,16 @@ PathTracer::~PathTracer() = default;
 
 Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Ledger& ledger) {
   Impl& m = *impl_;
+  const trace::Camera camera(m.setting, frame);
   {
     const auto pass = ledger.pass("bvh", bytes_of(mesh));
-    m.geometry.set_liquid(mesh);
+    m.geometry.set_liquid(mesh, camera.exposure());
   }
   Image image{.width = m.options.width, .height = m.options.height, .channels = kChannels, .pixels = {}};
   image.pixels.resize(static_cast<std::size_t>(image.width * image.height) * kChannels.size());
   const auto pass = ledger.pass("trace", static_cast<std::int64_t>(image.pixels.size() * sizeof(float)));
   const sampling::Sequence sequence(m.options.spp, frame);
-  m.arena.execute([&] { tbb::parallel_for(std::int64_t{0}, m.tiles(), [&](std::int64_t number) { m.tile(sequence, number, frame, image); }); });
+  m.arena.execute([&] { tbb::parallel_for(std::int64_t{0}, m.tiles(), [&](std::int64_t number) { m.tile(camera, sequence, number, frame, image); }); });
   return image;
 }
 

@@ -59,7 +59,7 @@ Image preview(const Setting& setting, const sim::Frame& frame, const std::string
   const int factor = std::max(options.width, options.height) <= 4096 ? 2 : 1;  // samples across a pixel
   const double top = top_speed > 0 ? top_speed : 1;
   raster::Drawing drawing{.width = static_cast<int>(options.width) * factor, .height = static_cast<int>(options.height) * factor,
-                           .view = view::resolve(setting.camera, setting.domain, options.width, options.height),
+                           .view = view::resolve(setting.camera, setting.domain, options.width, options.height, static_cast<double>(frame.number)),
                            .radius = static_cast<float>(frame.pscale), .top = kTop, .bottom = kBottom, .discs = {}, .lines = outlines(setting)};
   drawing.discs.reserve(frame.position.size());
   for (std::size_t i = 0; i < frame.position.size(); ++i)

@@ -29,11 +29,33 @@ struct Look {
 /// Looks by name: water, glass, plaster, slate, and ground for the floor. The shot's [look.NAME] tables change or add.
 std::map<std::string, Look> shipped_looks();
 
+/// [[camera.key]]: the camera at one frame. Each quantity runs smoothly through the keys that name it, and rests before the first
+/// and after the last of them.
+struct CameraKey {
+  double frame = 1;
+  std::optional<base::Vec3> position, target;               // [m]
+  std::optional<double> fov, focus;                         // [degrees], [m]
+  void params(base::Params&);
+};
+
+/// camera.turntable: the camera circles its target about `up`, from its position at frame 1.
+struct Turntable {
+  double revolutions = 1;                                   // [1] counter-clockwise seen from above
+  double frames = 96;                                       // that they take
+  void params(base::Params&);
+};
+
 /// [camera]. What is unset is chosen so that the whole domain is in view, seen three-quarter from the front and above.
 struct Camera {
   std::optional<base::Vec3> position, target;               // [m]
   base::Vec3 up = base::Vec3(0, 0, 1);
   double fov = 35;                                          // [degrees] vertical
+  double shutter = 0.5;                                     // [1] share of a frame's time that it is exposed for, centred on its moment
+  std::optional<double> aperture = {};                      // [1] f-number; unset: a pinhole, all is sharp
+  std::optional<double> focus = {};                         // [m] along the line of sight; unset: the target's
+  double sensor = 0.024;                                    // [m] height of the film behind the lens
+  std::vector<CameraKey> keys = {};
+  std::optional<Turntable> turntable = {};
   void params(base::Params&);
 };
 
@@ -70,6 +92,7 @@ struct Setting {
   std::map<std::string, Look> looks = shipped_looks();
   std::vector<sim::Collider> colliders;                     // drawn with their looks
   std::string liquid_look = "water";
+  double fps = 24;                                          // [1/s]
   base::Box domain;                                         // its floor is the ground
   std::int64_t dimension = 3;                               // 2: the plane z = 0, y up, drawn flat
   /// Visits [render], [camera], [[light]] and [look.NAME].
@@ -78,7 +101,8 @@ struct Setting {
 
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
-/// samples, 0 where there is only sky) samples. The preview gives R G B A as displayed.
+/// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
+/// ground, 2 the liquid, then the colliders) samples. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...

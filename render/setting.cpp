@@ -1,4 +1,5 @@
 // The keys of [render], [camera], [[light]] and [look.NAME].
+#include <algorithm>
 #include <cmath>
 
 #include "render/render.h"
@@ -10,6 +11,17 @@ constexpr std::string_view kModels[] = {"diffuse", "dielectric"};
 constexpr std::string_view kKinds[] = {"area", "sky"};
 constexpr std::string_view kCaustics[] = {"straight", "path"};
 constexpr std::string_view kViews[] = {"filmic", "srgb"};
+
+/// Keys ascend, and what they say is not said again beside them.
+void check_keys(const Camera& c, base::Params& p) {
+  const auto named = [&](auto quantity) { return std::any_of(c.keys.begin(), c.keys.end(), [&](const CameraKey& k) { return (k.*quantity).has_value(); }); };
+  for (std::size_t i = 1; i < c.keys.size(); ++i)
+    p.require(c.keys[i].frame > c.keys[i - 1].frame, "key." + std::to_string(i + 1) + ".frame", "must be above the frame of the key before");
+  p.require(!c.position || !named(&CameraKey::position), "position", "is said by [[camera.key]] as well");
+  p.require(!c.target || !named(&CameraKey::target), "target", "is said by [[camera.key]] as well");
+  p.require(!c.focus || !named(&CameraKey::focus), "focus", "is said by [[camera.key]] as well");
+  p.require(c.aperture || !named(&CameraKey::focus), "key", "focus needs camera.aperture: through a pinhole all is sharp");
+}
 
 }  // namespace
 
@@ -34,11 +46,34 @@ std::map<std::string, Look> shipped_looks() {
   return looks;
 }
 
+void CameraKey::params(base::Params& p) {
+  p("frame", frame, "1", "frame of the key; keys stand in ascending order");
+  p("position", position, "m", "where the camera stands", "as other keys say");
+  p("target", target, "m", "what it looks at", "as other keys say");
+  p("fov", fov, "degrees", "vertical field of view", base::within(1, 150), "as other keys say");
+  p("focus", focus, "m", "distance that is sharp", base::above(0), "as other keys say");
+  p.require(position || target || fov || focus, "frame", "the key says nothing of this frame: it needs position, target, fov or focus");
+}
+
+void Turntable::params(base::Params& p) {
+  p("revolutions", revolutions, "1", "turns about the target, counter-clockwise seen from above");
+  p("frames", frames, "1", "frames that they take; the film repeats after that", base::above(0));
+}
+
 void Camera::params(base::Params& p) {
   p("position", position, "m", "where the camera stands", "far enough from the target to see the whole domain");
   p("target", target, "m", "what it looks at", "the middle of the domain");
   p("up", up, "1", "direction that points up in the picture");
   p("fov", fov, "degrees", "vertical field of view", base::within(1, 150));
+  p("shutter", shutter, "1", "share of a frame's time that it is exposed for, centred on the frame's moment; 0 freezes all motion", base::within(0, 1));
+  p("aperture", aperture, "1", "f-number of the lens, such as 2.8", base::within(0.1, 1000), "a pinhole: all is sharp");
+  p("focus", focus, "m", "distance along the line of sight that is sharp, with an aperture", base::above(0), "the target's");
+  p("sensor", sensor, "m", "height of the film behind the lens: how wide an f-number opens", base::within(1e-4, 10));
+  p.list("key", keys, "the camera at a frame; each quantity runs smoothly through the keys that name it");
+  Turntable turn = turntable.value_or(Turntable{});
+  if (p.table("turntable", "circles the target", [&](base::Params& q) { turn.params(q); })) turntable = turn;
+  check_keys(*this, p);
+  p.require(aperture || !focus, "focus", "needs camera.aperture: through a pinhole all is sharp");
   p.require(up.norm() > 1e-6, "up", "must not be zero");
   const bool both = position && target;
   p.require(!both || (*target - *position).norm() > 1e-6, "target", "must not be the camera's position");

@@ -62,7 +62,9 @@ Eigen::Vector2d middle_of_change(const render::Image& with, const render::Image&
 TEST_F(Images, KeepChannelsPixelsAndMetadataInAnExrFile) {
   render::Setting setting = empty_setting();
   setting.lights = {};
-  const render::Image image = traced(setting, sphere_mesh(Vec3(0.3, 0, 0.5), 0.4));
+  surface::Mesh ball = sphere_mesh(Vec3(0.3, 0, 0.5), 0.4);
+  for (Vec3f& v : ball.velocity) v = Vec3f(1, 2, 3);
+  const render::Image image = traced(setting, ball);
   const fs::path path = folder_ / "beauty.0007.exr";
   render::write_exr(path, image, {.shot = "dam_break", .hash = "0123456789abcdef", .version = "0.1.0", .frame = 7, .spp = 16, .time = 0.25}, ledger_);
   const render::ImageInfo info = render::info(path);

@@ -118,6 +118,7 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
   shot.render.domain = shot.scene.options.domain;
+  shot.render.fps = shot.fps;
   shot.render.dimension = shot.scene.options.dimension;
   return shot;
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
+
+#include "render/view/keys.h"
 
 namespace render::view {
 namespace {
@@ -35,21 +38,63 @@ double fitting_distance(const View& v, const base::Box& domain, const Vec3& targ
   return distance;
 }
 
+/// `fallback`, unless keys name the quantity.
+template <class Value, class Fallback>
+Fallback keyed(const std::vector<CameraKey>& keys, std::optional<Value> CameraKey::*quantity, double frame, const Fallback& fallback) {
+  std::vector<Key<Value>> named;
+  for (const CameraKey& key : keys)
+    if (key.*quantity) named.push_back({key.frame, *(key.*quantity)});
+  return named.empty() ? fallback : Fallback(curve(named, frame));
+}
+
+/// The camera without its keys, as they have it at `frame`.
+Camera at_frame(Camera camera, double frame) {
+  camera.position = keyed(camera.keys, &CameraKey::position, frame, camera.position);
+  camera.target = keyed(camera.keys, &CameraKey::target, frame, camera.target);
+  camera.fov = keyed(camera.keys, &CameraKey::fov, frame, camera.fov);
+  camera.focus = keyed(camera.keys, &CameraKey::focus, frame, camera.focus);
+  return camera;
+}
+
+/// Thin lens: the film at a distance s behind it has the field of view, 1 / f = 1 / s + 1 / focus, and the opening is f / N wide.
+double lens_radius(const Camera& camera, const View& v) {
+  if (!camera.aperture) return 0;
+  const double s = 0.5 * camera.sensor / v.tan_y;
+  return 0.5 / (*camera.aperture * (1 / s + 1 / v.focus));
+}
+
+constexpr int kTurns = 64;  // directions from which a turntable's default view shows the whole domain
+
 }  // namespace
 
-View resolve(const Camera& camera, const base::Box& domain, std::int64_t width, std::int64_t height) {
+View resolve(const Camera& given, const base::Box& domain, std::int64_t width, std::int64_t height, double frame) {
+  const Camera camera = at_frame(given, frame);
   View v;
   v.tan_y = std::tan(0.5 * camera.fov * std::numbers::pi / 180);
   v.tan_x = v.tan_y * static_cast<double>(width) / static_cast<double>(height);
   const Vec3 target = camera.target.value_or(0.5 * (domain.lower + domain.upper));
+  const auto turned = [&](const Vec3& arm, double turns) { return Vec3(Eigen::AngleAxisd(2 * std::numbers::pi * turns, camera.up.normalized()) * arm); };
+  Vec3 arm = kFrom, sight = -kFrom;
   if (camera.position) {
-    v.position = *camera.position;
-    const Vec3 sight = target - v.position;
-    aim(v, sight.norm() > 1e-9 ? sight : Vec3(-kFrom), camera.up);
+    arm = *camera.position - target;
+    if (arm.norm() > 1e-9) sight = -arm;
   } else {
-    aim(v, -kFrom, camera.up);
-    v.position = target + fitting_distance(v, domain, target) * kFrom;
+    double distance = 0;
+    for (int i = 0; i < (camera.turntable ? kTurns : 1); ++i) {
+      aim(v, -turned(kFrom, static_cast<double>(i) / kTurns), camera.up);
+      distance = std::max(distance, fitting_distance(v, domain, target));
+    }
+    arm *= distance;
   }
+  v.position = camera.position.value_or(target + arm);
+  if (camera.turntable) {
+    arm = turned(arm, camera.turntable->revolutions * (frame - 1) / camera.turntable->frames);
+    v.position = target + arm;
+    sight = arm.norm() > 1e-9 ? Vec3(-arm) : sight;
+  }
+  aim(v, sight, camera.up);
+  v.focus = camera.focus.value_or(std::max((target - v.position).dot(v.forward), 1e-3));
+  v.lens = lens_radius(camera, v);
   return v;
 }
 
