@@ -118,7 +118,7 @@ void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis
     const std::string label = raster::tick_label(static_cast<double>(i) * step) + (i == last ? " m" : "");
     if (axis == 0) {
       canvas.fill(x, y, s, 6 * s, kFrame);
-      canvas.write(x - canvas.width_of(raster::tick_label(static_cast<double>(i) * step)) / 2, y + 8 * s, label);
+      canvas.write(x - canvas.width_of(label) / 2, y + 8 * s, label);
     } else {
       canvas.fill(x - 6 * s, y, 6 * s, s, kFrame);
       canvas.write(x - 10 * s - canvas.width_of(label), y - 6 * s, label);
