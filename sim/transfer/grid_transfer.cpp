@@ -55,24 +55,11 @@ auto with_basis(Kernel kernel, const Body& body) {
   return body(QuadraticBasis<Real>{});
 }
 
-/// Blocks of one colour reach no common node. Two colours an axis are enough, unless the axis is periodic and its blocks do not alternate
-/// all around: then the last two have colours of their own.
-template <int D>
-std::size_t colour_of(const Cell<D>& block, const Lattice<D>& lattice) {
-  std::size_t colour = 0;
-  for (int a = D - 1; a >= 0; --a) {
-    const bool alternates = !lattice.periodic[a] || lattice.cells[a] % (2 * Lattice<D>::kBlock) == 0;
-    const int from_end = lattice.blocks[a] - 1 - block[a];
-    colour = colour * 4 + std::size_t(alternates || from_end > 1 ? block[a] % 2 : 3 - from_end);
-  }
-  return colour;
-}
-
 /// Calls body(block) for the occupied blocks, one colour after another.
 template <int D, class Body>
 void for_blocks_by_colour(const CellRanges& ranges, const Lattice<D>& lattice, const Body& body) {
-  std::array<std::vector<std::uint32_t>, std::size_t(int_power(4, D))> colours;
-  for (const std::uint32_t block : ranges.occupied) colours[colour_of<D>(lattice.block_at(block), lattice)].push_back(block);
+  std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
+  for (const std::uint32_t block : ranges.occupied) colours[lattice.colour(lattice.block_at(block))].push_back(block);
   for (const auto& blocks : colours)
     base::parallel_chunks(blocks.size(), 1, [&](std::size_t begin, std::size_t) { body(blocks[begin]); });
 }

@@ -77,6 +77,19 @@ struct Lattice {
     }
     return at;
   }
+  /// The colour of a block, below kColours: blocks of one colour reach no common node, with stencils from one node before their cells to two
+  /// behind. Two colours an axis are enough, unless the axis is periodic and its blocks do not alternate all around: then the last two have
+  /// colours of their own.
+  static constexpr std::size_t kColours = D == 2 ? 16 : 64;
+  std::size_t colour(const Cell<D>& block) const {
+    std::size_t colour = 0;
+    for (int a = D - 1; a >= 0; --a) {
+      const bool alternates = !periodic[a] || cells[a] % (2 * kBlock) == 0;
+      const int from_end = blocks[a] - 1 - block[a];
+      colour = colour * 4 + std::size_t(alternates || from_end > 1 ? block[a] % 2 : 3 - from_end);
+    }
+    return colour;
+  }
   /// The cell of a key.
   Cell<D> cell_of_key(std::size_t key) const {
     Cell<D> at = block_at(key / kCellsPerBlock);
