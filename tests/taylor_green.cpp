@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
@@ -104,8 +104,8 @@ std::vector<Decay> decay(const Scheme& scheme, int k, const std::vector<double>&
   return found;
 }
 
-// Tolerance: what other seeds and roundings of the last printed digit make of these numbers.
-constexpr double kTolerance = 0.01;
+// Other seeds change these numbers by up to 0.003, and they are rounded to 0.001.
+constexpr double kTolerance = 0.005;
 
 TEST(TaylorGreen, LosesOnWideVorticesWhatTheSplittingCosts) {
   struct Row {
@@ -118,7 +118,6 @@ TEST(TaylorGreen, LosesOnWideVorticesWhatTheSplittingCosts) {
     EXPECT_NEAR(found[0].energy, row.energy_5, kTolerance) << row.scheme.name;
     EXPECT_NEAR(found[0].error, row.error_5, kTolerance) << row.scheme.name;
     EXPECT_NEAR(found[1].energy, row.energy_20, kTolerance) << row.scheme.name;
-    printf("%s %.4f %.4f %.4f\n", row.scheme.name, found[0].energy, found[1].energy, found[0].error);
   }
 }
 
@@ -126,7 +125,6 @@ TEST(TaylorGreen, KeepsOfNarrowVorticesWhatTheModesHold) {
   for (const auto& [scheme, energy] : {std::pair{kFlip, .171}, {kApic, .140}, {kPoly4, .273}, {kPoly6, .421}, {kPoly9, .455}, {kLinear4, .408}}) {
     const Decay found = decay(scheme, 8, {1}).front();
     EXPECT_NEAR(found.energy, energy, kTolerance) << scheme.name;
-    printf("%s %.4f\n", scheme.name, found.energy);
   }
 }
 
