@@ -4,9 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/commands/movie_info.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "sim/checkpoint.h"
 
 namespace app {
 namespace {
@@ -23,9 +25,9 @@ Json metadata_json(const std::vector<std::array<std::string, 2>>& metadata) {
 Json grid_json(const surface::GridInfo& grid) {
   Json out = {{"name", grid.name},
               {"type", grid.type},
-              {"class", grid.grid_class},
-              {"voxel_size", {grid.voxel_size.x(), grid.voxel_size.y(), grid.voxel_size.z()}},
-              {"active", grid.active}};
+              {"class", grid.grid_class}};
+  if (grid.voxel_size.allFinite()) out["voxel_size"] = {grid.voxel_size.x(), grid.voxel_size.y(), grid.voxel_size.z()};
+  out["active"] = grid.active;
   if (grid.min) out["min"] = *grid.min;
   if (grid.max) out["max"] = *grid.max;
   if (grid.bbox) out["bbox"] = *grid.bbox;
@@ -48,10 +50,37 @@ Json volume_info(const fs::path& file) {
 
 Json image_info(const fs::path& file) {
   const render::ImageInfo image = render::info(file);
+  Json out = {{"width", image.width}, {"height", image.height}, {"channels", image.channels}, {"ranges", Json::object()}};
+  for (std::size_t c = 0; c < image.channels.size(); ++c)
+    if (image.ranges[c]) out["ranges"][image.channels[c]] = *image.ranges[c];
+  if (image.not_finite > 0) out["not_finite"] = image.not_finite;
+  out["metadata"] = metadata_json(image.metadata);
+  return {{"schema", 1}, {"file", file.string()}, {"kind", "image"}, {"image", out}};
+}
+
+Json column_json(const sim::Column& column) {
+  constexpr const char* kTypes[] = {"int32", "int64", "float32", "float64"};
+  return {{"name", column.name}, {"type", kTypes[static_cast<int>(column.type)]}, {"rows", column.rows}, {"width", column.width}};
+}
+
+Json checkpoint_info(const fs::path& file) {
+  const sim::Checkpoint checkpoint = sim::read_checkpoint(file);
+  Json columns = Json::array();
+  for (const sim::Column& column : checkpoint.state.columns) columns.push_back(column_json(column));
   return {{"schema", 1},
           {"file", file.string()},
-          {"kind", "image"},
-          {"image", {{"width", image.width}, {"height", image.height}, {"channels", image.channels}, {"metadata", metadata_json(image.metadata)}}}};
+          {"kind", "checkpoint"},
+          {"checkpoint", {{"frame", checkpoint.state.frame}, {"hash", checkpoint.hash}, {"version", checkpoint.version}, {"columns", columns}}}};
+}
+
+Json shot_info(const fs::path& file) {
+  const Shot shot = read_shot(file, {});
+  return {{"schema", 1},
+          {"file", file.string()},
+          {"kind", "shot"},
+          {"shot", {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
+                    {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"colliders", shot.scene.colliders.size()},
+                    {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
 }
 
 // run.json or a record of the ledger: its own content under "run" or "record".
@@ -72,7 +101,8 @@ std::string plain(const Json& value) { return value.is_string() ? value.get<std:
 void print_grids(const Json& grids) {
   for (const Json& grid : grids) {
     std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(), plain(grid["active"]).c_str());
-    std::printf(", voxel %s m%s\n", base::to_text(grid["voxel_size"][0].get<double>()).c_str(), grid["half"].get<bool>() ? ", half" : "");
+    if (grid.contains("voxel_size")) std::printf(", voxel %s m", base::to_text(grid["voxel_size"][0].get<double>()).c_str());
+    std::printf("%s\n", grid["half"].get<bool>() ? ", half" : "");
     if (grid.contains("min") && grid.contains("max"))
       std::printf("  values %s ... %s\n", base::to_text(grid["min"].get<double>()).c_str(), base::to_text(grid["max"].get<double>()).c_str());
     if (grid.contains("bbox")) std::printf("  voxels %s ... %s\n", grid["bbox"][0].dump().c_str(), grid["bbox"][1].dump().c_str());
@@ -103,11 +133,15 @@ void print_text(const Json& out) {
     std::string channels;
     for (const Json& channel : image["channels"]) channels += " " + plain(channel);
     std::printf("%sx%s, channels%s\n", plain(image["width"]).c_str(), plain(image["height"]).c_str(), channels.c_str());
+    for (const auto& [name, range] : image["ranges"].items())
+      std::printf("  %s  %s ... %s\n", name.c_str(), base::to_text(range[0].get<double>()).c_str(), base::to_text(range[1].get<double>()).c_str());
+    if (image.contains("not_finite")) std::printf("  %s values are not finite\n", plain(image["not_finite"]).c_str());
     for (const auto& [name, value] : image["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());
   }
   if (out.contains("run")) print_run(out["run"]);
-  if (out.contains("record"))
-    for (const auto& [name, value] : out["record"].items()) std::printf("  %s  %s\n", name.c_str(), value.dump().c_str());
+  for (const char* part : {"record", "movie", "checkpoint", "shot"})
+    if (out.contains(part))
+      for (const auto& [name, value] : out[part].items()) std::printf("  %s  %s\n", name.c_str(), value.dump().c_str());
 }
 
 }  // namespace
@@ -128,8 +162,14 @@ void info(const Request& request) {
       out = image_info(file);
     } else if (extension == ".json") {
       out = document_info(file);
+    } else if (extension == ".h5") {
+      out = checkpoint_info(file);
+    } else if (extension == ".toml") {
+      out = shot_info(file);
+    } else if (extension == ".mp4") {
+      out = {{"schema", 1}, {"file", file.string()}, {"kind", "movie"}, {"movie", movie_info(file)}};
     } else {
-      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .json");
+      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .mp4, .h5, .json, .toml");
     }
   } catch (const Json::exception&) {
     base::throw_input(file.string(), "not a document of this program");
