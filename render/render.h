@@ -33,8 +33,8 @@ std::map<std::string, Look> shipped_looks();
 /// and after the last of them.
 struct CameraKey {
   double frame = 1;
-  std::optional<base::Vec3> position, target;               // [m]
-  std::optional<double> fov, focus;                         // [degrees], [m]
+  std::optional<base::Vec3> position = {}, target = {};              // [m]
+  std::optional<double> fov = {}, focus = {};                        // [degrees], [m]
   void params(base::Params&);
 };
 
@@ -47,7 +47,7 @@ struct Turntable {
 
 /// [camera]. What is unset is chosen so that the whole domain is in view, seen three-quarter from the front and above.
 struct Camera {
-  std::optional<base::Vec3> position, target;               // [m]
+  std::optional<base::Vec3> position = {}, target = {};               // [m]
   base::Vec3 up = base::Vec3(0, 0, 1);
   double fov = 35;                                          // [degrees] vertical
   double shutter = 0.5;                                     // [1] share of a frame's time that it is exposed for, centred on its moment
