@@ -35,6 +35,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[sim]\ntransfer = \"polipic\"\n",
      "x.toml:5:12: sim.transfer = \"polipic\": must be \"pic\", \"flip\", \"apic\" or \"polypic\" (did you mean \"polypic\"?)"},
     {"[sim]\ntransfer = 3\n", "x.toml:5:12: sim.transfer = 3: must be \"pic\", \"flip\", \"apic\" or \"polypic\""},
+    {"[sim]\ndimension = 4\n", "x.toml:5:13: sim.dimension = 4: must be between 2 and 3"},
     {"[sim]\ndomain = [[0, 0, 0], [1, 1]]\n",
      "x.toml:5:10: sim.domain = [[0, 0, 0], [1, 1]] m: must be two opposite corners, [[x, y, z], [x, y, z]]"},
     {"[sim]\ncell = 0.03\n", "x.toml:5:8: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
@@ -68,6 +69,63 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[quality.draft.shot]\nquality = \"normal\"\n", "x.toml:5:11: quality.draft.shot.quality: a rung cannot choose another one"},
     {"[quality.draft.body.colum]\nvelocity = [0, 0, 0]\n",
      "x.toml:4:1: quality.draft.body.colum: no such entry (did you mean quality.draft.body.column?)"},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
+}
+
+// The same for the least shot of two dimensions, whose [[body]] ends at line 6.
+TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
+  const std::string flat = "[sim]\ndimension = 2\ncell = 0.1\n[[body]]\nname = \"column\"\nshape = { box = [[0, 0], [0.5, 1]] }\n";
+  EXPECT_EQ(line(flat), "no error");
+  const std::vector<Bad> table = {
+    {"velocity = [1, 0, 0]\n", "x.toml:7:12: body.column.velocity = [1, 0, 0] m/s: must be two numbers, [x, y]"},
+    {"look = \"glass\"\n", "x.toml:7:1: body.column.look: has no effect with the other values given here"},
+    {"[[body]]\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n",
+     "x.toml:8:17: body.2.shape.box = [[0, 0, 0], [1, 1, 1]] m: must be two opposite corners, [[x, y], [x, y]]"},
+    {"[[body]]\nshape = { box = [[0, 0], [1, 0]] }\n",
+     "x.toml:8:17: body.2.shape.box = [[0, 0], [1, 0]] m: the second corner must be above the first in every axis"},
+    {"[surface]\nvoxel = 0.1\n", "x.toml:7:2: surface: has no effect in two dimensions: points are drawn as they are"},
+    {"[camera]\nfov = 30\n", "x.toml:7:2: camera: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
+    {"[[light]]\nkind = \"sky\"\n", "x.toml:7:3: light: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
+    {"[look.water]\nior = 1.3\n", "x.toml:7:2: look: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
+    {"[render]\nspp = 4\n", "x.toml:8:1: render.spp: has no effect with the other values given here"},
+    {"[shot]\nup = \"z\"\n", "x.toml:8:6: shot.up = \"z\": must be \"y\" in two dimensions"},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(flat + bad.text), bad.line) << bad.text;
+  const std::vector<Bad> sets = {
+    {"sim.particles_per_cell=8", "sim.particles_per_cell = 8: must be 1, 4, 9 or 16"},
+    {"sim.particles_per_cell=25", "sim.particles_per_cell = 25: must be 1, 4, 9 or 16"},
+    {"sim.modes=5", "sim.modes = 5: must be a count from 1 to 4 with the linear kernel in two dimensions, or a named set"},
+    {"sim.cell=0.03", "sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
+    {"sim.boundary={z_lower=\"periodic\"}", "sim.boundary.z_lower: has no effect with the other values given here"},
+  };
+  for (const Bad& bad : sets) EXPECT_EQ(line(flat, {bad.text}), "--set " + bad.text + ": " + bad.line);
+}
+
+TEST_F(BadShot, IsToldWhichSidesAndTransfersDoNotGoTogether) {
+  const std::vector<Bad> table = {
+    {"[sim]\nboundary = { x_lower = \"periodic\" }\n",
+     "x.toml:5:24: sim.boundary.x_lower = \"periodic\": needs sim.boundary.x_upper = \"periodic\" too"},
+    {"[sim]\nboundary = { y_upper = \"periodic\" }\n",
+     "x.toml:5:24: sim.boundary.y_upper = \"periodic\": needs sim.boundary.y_lower = \"periodic\" too"},
+    {"[sim]\nboundary = { x_lower = \"open\" }\n", "x.toml:5:24: sim.boundary.x_lower = \"open\": must be \"slip\" or \"periodic\""},
+    {"[sim]\nboundary = \"periodic\"\n", "x.toml:5:12: sim.boundary = \"periodic\": must be a table"},
+    {"[sim]\ncell = 0.5\nboundary = { x_lower = \"periodic\", x_upper = \"periodic\" }\n",
+     "x.toml:6:24: sim.boundary.x_lower = \"periodic\": needs at least 4 cells between the two sides; there are 2"},
+    {"[sim]\ncarry = \"hybrid\"\n",
+     "x.toml:5:9: sim.carry = \"hybrid\": needs sim.kernel = \"quadratic\": limiting the linear kernel's modes would throw its accuracy away"},
+    {"[sim]\ntransfer = \"flip\"\nkernel = \"quadratic\"\ncarry = \"limited\"\n",
+     "x.toml:7:9: sim.carry = \"limited\": needs sim.transfer = \"polypic\": only modes that bend within a cell are limited, and no other transfer has any"},
+    {"[sim]\nkernel = \"quadratic\"\nmodes = 8\ncarry = \"limited\"\n",
+     "x.toml:7:9: sim.carry = \"limited\": needs more sim.modes: only modes that bend within a cell are limited, and this set has none"},
+    {"[sim]\nkernel = \"quadratic\"\nmodes = \"multilinear\"\ncarry = \"hybrid\"\n",
+     "x.toml:7:9: sim.carry = \"hybrid\": needs more sim.modes: only modes that bend within a cell are limited, and this set has none"},
+    {"[sim]\nkernel = \"quadratic\"\ncarry = \"hybrid\"\n", "no error"},
+    {"[sim]\nkernel = \"quadratic\"\nmodes = 9\ncarry = \"limited\"\n", "no error"},
+    {"[sim]\nmodes = \"quadratic\"\n", "x.toml:5:9: sim.modes = \"quadratic\": the set \"quadratic\" needs sim.kernel = \"quadratic\""},
+    {"[sim]\nmodes = 9\n", "x.toml:5:9: sim.modes = 9: must be a count from 1 to 8 with the linear kernel, or a named set"},
+    {"[sim]\nflip_time = 1\n", "x.toml:5:13: sim.flip_time = 1 s: needs sim.transfer = \"flip\""},
+    {"[sim]\nparticles_per_cell = 4\n", "x.toml:5:22: sim.particles_per_cell = 4: must be 1, 8, 27 or 64"},
   };
   for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
 }
