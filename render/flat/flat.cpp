@@ -18,7 +18,7 @@ using Vec2 = Eigen::Vector2d;
 
 const Vec3f kPage(0.105f, 0.114f, 0.130f), kAir(0.85f, 0.86f, 0.875f);  // outside and inside of the domain
 const Vec3f kFrame(0.46f, 0.49f, 0.54f), kSolid(0.62f, 0.60f, 0.57f);     // outline of the domain, colliders
-constexpr double kClosing = 1.3;  // of a particle's spacing: cells that lose their particles for a moment are liquid to the pressure, too
+constexpr double kClosing = 1.6;  // of a particle's spacing: cells that lose their particles for a moment are liquid to the pressure, too
 
 /// Where the domain stands in the picture, and what fits beside it.
 struct Layout {
