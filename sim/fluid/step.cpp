@@ -39,6 +39,10 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     transfer_.scatter(particles, ranges, grid_);
     counts_.light_faces += grid_.light_faces;
   }
+  {
+    const auto pass = ledger.pass("pressure", std::int64_t(lattice_.size));
+    kind_ = classify_cells(ranges, solids_, free_surface_);
+  }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
   constexpr int kShallow = 2;
@@ -48,7 +52,6 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
   }
   extrapolate(grid_.velocity, valid_, lattice_, options_.transfer == Transfer::flip ? layers() : kShallow);
   scattered_ = grid_.velocity;
-  kind_ = classify_cells(ranges, solids_, free_surface_);
 }
 
 template <int D, class Real>
