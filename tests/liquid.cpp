@@ -59,6 +59,22 @@ TEST(Liquid, DamBreakNeverGainsEnergy) {
     }
 }
 
+TEST(Liquid, NeverGainsEnergyWithAnyNumberOfModes) {
+  for (const Kernel kernel : {Kernel::linear, Kernel::quadratic})
+    for (std::int64_t modes = 1; modes <= (kernel == Kernel::linear ? 8 : 27); ++modes) {
+      Scene scene = tank(0.1);
+      scene.options.kernel = kernel;
+      scene.options.modes.count = modes;
+      scene.options.precision = modes % 2 ? Precision::double_precision : Precision::single_precision;
+      std::vector<Totals> history;
+      run(scene, 10, &history);
+      const double start = history.front().potential_energy;
+      ASSERT_GT(start, 100);
+      for (const Totals& t : history) EXPECT_LE(t.kinetic_energy + t.potential_energy, 1.005 * start) << "kernel " << int(kernel) << " modes " << modes;
+      EXPECT_GT(history.back().kinetic_energy, 0.1 * start);
+    }
+}
+
 TEST(Liquid, HasTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[3];
   for (int i = 0; i < 3; ++i) {
