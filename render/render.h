@@ -18,15 +18,22 @@
 
 namespace render {
 
-/// How a surface scatters light. [look.NAME]
+/// How a surface scatters light. [look.NAME]; docs/pictures.md says which keys a model has.
 struct Look {
-  std::string model = "diffuse";                            // "diffuse" | "dielectric"
-  base::Vec3 color = base::Vec3(0.7, 0.7, 0.7);             // albedo, scene-linear Rec.709; diffuse only
-  double ior = 1.333;                                       // [1] dielectric only
-  base::Vec3 absorption = base::Vec3(0, 0, 0);              // [1/m] dielectric only, per colour
+  std::string model = "diffuse";                            // "diffuse" | "dielectric" | "conductor" | "coated" | "translucent" | "emissive"
+  base::Vec3 color = base::Vec3(0.7, 0.7, 0.7);             // scene-linear Rec.709. albedo; conductor: reflectance straight on; emissive: radiance
+  double roughness = 0;                                     // [1] root of the facets' rms slope; dielectric, conductor, coated, translucent
+  double ior = 1.333;                                       // [1] dielectric
+  base::Vec3 absorption = base::Vec3(0, 0, 0);              // [1/m] dielectric
+  base::Vec3 scattering = base::Vec3(0, 0, 0);              // [1/m] dielectric
+  std::int64_t priority = 0;                                // dielectric: of two that overlap the higher one is there
+  base::Vec3 edge = base::Vec3(1, 1, 1);                    // [1] conductor: tint at 82 degrees
+  double coat = 1.5;                                        // [1] index of refraction of the coat: coated, translucent
+  double depth = 0.002;                                     // [m] translucent: mean free path
+  double intensity = 1;                                     // [1] emissive
   void params(base::Params&);
 };
-/// Looks by name: water, glass, plaster, slate, and ground for the floor. The shot's [look.NAME] tables change or add.
+/// Looks by name, in one table; "ground" is the floor's. The shot's [look.NAME] tables change or add.
 std::map<std::string, Look> shipped_looks();
 
 /// [[camera.key]]: the camera at one frame. Each quantity runs smoothly through the keys that name it, and rests before the first
@@ -61,12 +68,18 @@ struct Camera {
 
 /// [[light]]. Lights that a shot names replace the default ones: a shot that names no sky has a black one.
 struct Light {
-  std::string kind = "area";                                // "area": a rectangle that shines to one side and blocks nothing | "sky": gradient
-  base::Vec3 position = base::Vec3(0, 0, 3), target = base::Vec3(0, 0, 0);  // [m] area: centre, and where it faces
+  std::string kind = "area";                                // "area": a rectangle that shines to one side | "sphere" | "sun" | "sky": gradient
+                                                            // "environment": a picture all around. None of them blocks anything
+  base::Vec3 position = base::Vec3(0, 0, 3), target = base::Vec3(0, 0, 0);  // [m] area, sphere: middle; area: what it faces
   double width = 1, height = 1;                             // [m] area
+  double radius = 0.1;                                      // [m] sphere
+  base::Vec3 direction = base::Vec3(0.4, 0.5, -0.8);        // sun: the way its light goes
+  double angle = 0.53;                                      // [degrees] sun: angular diameter
   base::Vec3 color = base::Vec3(1, 1, 1);                   // sky: at the zenith
   base::Vec3 horizon = base::Vec3(1, 1, 1);                 // sky: at and below the horizon
-  double intensity = 1;                                     // [1] radiance that color is multiplied with
+  std::string file = {};                                    // environment: relative to the shot
+  double rotation = 0;                                      // [degrees] environment
+  double intensity = 1;                                     // [1] radiance that color is multiplied with; sun: irradiance / pi
   void params(base::Params&);
 };
 /// A soft sky and one warm area light from the upper side, in proportion to the domain.
@@ -79,6 +92,10 @@ struct Options {
   std::int64_t bounces = 32;                                // surfaces a path may meet; among dielectrics it then ends in the sky
   std::string caustics = "straight";                        // "straight": tinted straight shadow rays through dielectrics, biased and quiet
                                                             // "path": none of that; light behind dielectrics is found by chance, unbiased and noisy
+                                                            // "none": that light is left out
+  std::string ground = "floor";                             // "floor" | "cyclorama" | "none"
+  std::optional<double> noise = {};                         // [1] relative error at which a tile stops; unset: all pixels get spp samples
+  std::optional<double> time_limit = {};                    // [s] a frame; unset: none
   std::string view = "filmic";                              // "filmic" | "srgb": PNG only
   double exposure = 0;                                      // [stops] PNG only
   void params(base::Params&);
@@ -94,7 +111,10 @@ struct Setting {
   std::string liquid_look = "water";
   double fps = 24;                                          // [1/s]
   base::Box domain;                                         // its floor is the ground
+  std::filesystem::path folder;                             // of the shot: where its files are
   std::int64_t dimension = 3;                               // 2: the plane z = 0, y up, drawn flat
+  /// Pictures that lights name: what they hold is part of the render stage's input.
+  std::vector<std::filesystem::path> files() const;
   /// Visits [render], [camera], [[light]] and [look.NAME].
   void params(base::Params&);
 };
@@ -107,6 +127,7 @@ struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
   std::vector<float> pixels;                                // interleaved
+  bool reproducible = true;                                 // false when options.time_limit cut it short
 };
 
 /// What the file says of its own making; becomes polypic:* metadata.
@@ -114,12 +135,13 @@ struct Stamp {
   std::string shot, hash, version;
   std::int64_t frame = 1, spp = 0;
   double time = 0;
+  bool reproducible = true;                                 // of the image
 };
 
 /// A scene that stays: colliders, lights and ground are built once, the liquid's mesh frame by frame.
 class PathTracer {
  public:
-  /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there.
+  /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there, or a light a picture that cannot be read.
   PathTracer(const Setting&, int threads);
   ~PathTracer();
   /// Same bits for any number of threads. Passes bvh and trace go to `ledger`. No sample is clamped; one that is not finite

@@ -7,9 +7,9 @@
 namespace render {
 namespace {
 
-constexpr std::string_view kModels[] = {"diffuse", "dielectric"};
-constexpr std::string_view kKinds[] = {"area", "sky"};
-constexpr std::string_view kCaustics[] = {"straight", "path"};
+constexpr std::string_view kKinds[] = {"area", "sphere", "sun", "sky", "environment"};
+constexpr std::string_view kCaustics[] = {"straight", "path", "none"};
+constexpr std::string_view kGrounds[] = {"floor", "cyclorama", "none"};
 constexpr std::string_view kViews[] = {"filmic", "srgb"};
 
 /// Keys ascend, and what they say is not said again beside them.
@@ -24,27 +24,6 @@ void check_keys(const Camera& c, base::Params& p) {
 }
 
 }  // namespace
-
-void Look::params(base::Params& p) {
-  p("model", model, "how the surface scatters light", kModels);
-  if (p.when(model == "diffuse")) p("color", color, "1", "albedo, scene-linear Rec.709", base::within(0, 1));
-  if (p.when(model == "dielectric")) {
-    p("ior", ior, "1", "index of refraction", base::within(1, 4));
-    p("absorption", absorption, "1/m", "absorption of red, green and blue", base::at_least(0));
-  }
-}
-
-// Water: pure water takes 0.34, 0.06 and 0.01 of a metre's red, green and blue; a tank of a metre or two shows its colour only when
-// that is raised by about three, as a trace of copper or chlorine does.
-std::map<std::string, Look> shipped_looks() {
-  std::map<std::string, Look> looks;
-  looks["water"] = {.model = "dielectric", .ior = 1.333, .absorption = base::Vec3(1.1, 0.24, 0.12)};
-  looks["glass"] = {.model = "dielectric", .ior = 1.5, .absorption = base::Vec3(0.6, 0.25, 0.45)};
-  looks["plaster"] = {.color = base::Vec3(0.72, 0.66, 0.58)};
-  looks["slate"] = {.color = base::Vec3(0.075, 0.085, 0.1)};
-  looks["ground"] = {.color = base::Vec3(0.60, 0.59, 0.57)};
-  return looks;
-}
 
 void CameraKey::params(base::Params& p) {
   p("frame", frame, "1", "frame of the key; keys stand in ascending order");
@@ -82,17 +61,28 @@ void Camera::params(base::Params& p) {
 }
 
 void Light::params(base::Params& p) {
-  p("kind", kind, "a rectangle that shines to one side, or the sky", kKinds);
-  p("color", color, "1", "scene-linear Rec.709; of a sky: at the zenith", base::at_least(0));
-  p("intensity", intensity, "1", "radiance that the colour is multiplied with", base::at_least(0));
+  p("kind", kind, "a rectangle that shines to one side, a sphere, the sun, a sky that goes from one colour to another, or a picture of the surroundings", kKinds);
+  p("color", color, "1", "scene-linear Rec.709; of a sky: at the zenith; of an environment: tint", base::at_least(0));
+  p("intensity", intensity, "1", "radiance that the colour is multiplied with; of a sun: what it gives a white surface that faces it", base::at_least(0));
+  if (p.when(kind == "area" || kind == "sphere")) p("position", position, "m", "its middle");
   if (p.when(kind == "area")) {
-    p("position", position, "m", "middle of the rectangle");
     p("target", target, "m", "point that it faces");
     p("width", width, "m", "horizontal side", base::above(0));
     p("height", height, "m", "other side", base::above(0));
     p.require((target - position).norm() > 1e-6, "target", "must not be the light's position");
   }
+  if (p.when(kind == "sphere")) p("radius", radius, "m", "of the sphere", base::above(0));
+  if (p.when(kind == "sun")) {
+    p("direction", direction, "1", "the way its light goes");
+    p("angle", angle, "degrees", "angular diameter: how soft its shadows are", base::within(0.05, 90));
+    p.require(direction.norm() > 1e-6, "direction", "must not be zero");
+  }
   if (p.when(kind == "sky")) p("horizon", horizon, "1", "colour at the horizon and below", base::at_least(0));
+  if (p.when(kind == "environment")) {
+    p("file", file, "lat-long picture (EXR, HDR, or one as displayed), relative to the shot; its middle is seen towards +y");
+    p("rotation", rotation, "degrees", "turns it about z, clockwise seen from above");
+    p.require(!file.empty(), "file", "an environment needs a picture");
+  }
 }
 
 std::vector<Light> default_lights(const base::Box& domain) {
@@ -112,7 +102,10 @@ void Options::params(base::Params& p) {
   if (!p.when(p.vector_size() == 3)) return;   // points are drawn as they are displayed
   p("spp", spp, "1", "samples a pixel; a power of two is stratified best", base::within(1, 65536));
   p("bounces", bounces, "1", "surfaces a path may meet", base::within(1, 256));
-  p("caustics", caustics, "light through dielectrics: straight tinted shadow rays (biased, quiet), or found by chance (unbiased, noisy)", kCaustics);
+  p("caustics", caustics, "light through dielectrics: straight tinted shadow rays (biased, quiet), found by chance (unbiased, noisy), or none: full shadows", kCaustics);
+  p("ground", ground, "the domain's floor without end, a studio's backdrop behind the domain, or nothing", kGrounds);
+  p("noise", noise, "1", "relative error at which a tile of 16 x 16 pixels gets no more samples; spp is the most", base::between(0, 1), "all get spp samples");
+  p("time_limit", time_limit, "s", "a frame that takes longer stops with the samples it has, and is not reproducible", base::above(0), "none");
   p("view", view, "how scene light becomes PNG colours", kViews);
   p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
 }
@@ -126,6 +119,13 @@ void Setting::params(base::Params& p) {
   p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });
   p.list("light", lights, "lights; none means a soft sky and one area light");
   p.named("look", looks, "how surfaces look");
+}
+
+std::vector<std::filesystem::path> Setting::files() const {
+  std::vector<std::filesystem::path> named;
+  for (const Light& light : lights)
+    if (light.kind == "environment") named.push_back(folder / light.file);
+  return named;
 }
 
 }  // namespace render

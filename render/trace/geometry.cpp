@@ -151,10 +151,7 @@ struct Geometry::Impl {
 /// A shadow ray on its way.
 struct Geometry::Impl::ShadowRay {
   RTCIntersectContext embree;      // first: the filter gets its address
-  const Impl* straight = nullptr;  // set: dielectrics let it pass
-  Vec3f depth = Vec3f::Zero();     // optical depth
-  float transmitted = 1;
-  int crossings = 0;
+  Crossings* crossings = nullptr;  // set: dielectrics let it pass
 };
 
 void Geometry::Impl::attach(RTCGeometry geometry, unsigned number, bool dielectric) {
@@ -166,19 +163,13 @@ void Geometry::Impl::attach(RTCGeometry geometry, unsigned number, bool dielectr
 }
 
 /// The facet's own normal is smooth enough for a shadow, and already here.
-/// Entering at t and leaving at t' add -t and t' to the length inside: crossings may come in any order.
 void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
   auto* way = reinterpret_cast<ShadowRay*>(call->context);
-  if (!way->straight) return;  // an ordinary shadow ray: blocked
+  if (!way->crossings || way->crossings->count == Crossings::kMost) return;  // an ordinary shadow ray, or too long a way: blocked
   const auto* ray = reinterpret_cast<const RTCRay*>(call->ray);
   const auto* hit = reinterpret_cast<const RTCHit*>(call->hit);
-  const Impl& self = *way->straight;
-  const Material& material = self.surfaces[hit->geomID].material;
   const Vec3f direction(ray->dir_x, ray->dir_y, ray->dir_z), geometric(hit->Ng_x, hit->Ng_y, hit->Ng_z);
-  float cos_t;
-  way->transmitted *= 1 - fresnel(std::min(1.0f, std::abs(direction.dot(geometric)) / geometric.norm()), material.ior, cos_t);
-  way->depth += (direction.dot(geometric) < 0 ? -ray->tfar : ray->tfar) * material.absorption;
-  ++way->crossings;
+  way->crossings->list[static_cast<std::size_t>(way->crossings->count++)] = {ray->tfar, direction.dot(geometric) / geometric.norm(), static_cast<int>(hit->geomID)};
   call->valid[0] = 0;
 }
 
@@ -260,17 +251,14 @@ bool Geometry::occluded(const Ray& ray, float far) const {
   return query.tfar < 0;
 }
 
-Passage Geometry::straight(const Ray& ray, float far) const {
-  if (!impl_->near(ray, far)) return {};
+bool Geometry::straight(const Ray& ray, float far, Crossings& crossings) const {
+  if (!impl_->near(ray, far)) return true;
   Impl::ShadowRay context;
   rtcInitIntersectContext(&context.embree);
-  context.straight = impl_.get();
+  context.crossings = &crossings;
   RTCRay query = embree_ray(ray, far);
   rtcOccluded1(impl_->scene, &context.embree, &query);
-  if (query.tfar < 0) return {.transmittance = Vec3f::Zero(), .crossings = context.crossings};
-  if (context.crossings == 0) return {};
-  const Vec3f depth = context.depth.cwiseMax(0.0f);
-  return {.transmittance = context.transmitted * (-depth.array()).exp().matrix(), .crossings = context.crossings};
+  return query.tfar >= 0;
 }
 
 }  // namespace render::trace

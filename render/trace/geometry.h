@@ -1,27 +1,19 @@
 #pragma once
 // Everything that rays meet except the ground, in a bounding volume hierarchy: the liquid and the solid colliders. Metres, world.
+#include <array>
 #include <memory>
 #include <vector>
 
 #include "base/vec.h"
+#include "render/trace/material.h"
 #include "sim/scene.h"
 #include "surface/surface.h"
 
 namespace render::trace {
 
-using base::Vec3f;
-
 struct Ray {
   Vec3f origin, direction;  // unit direction
   float time = 0.5f;        // [1] from 0, when the shutter opens, to 1, when it closes; every ray of a path has that of its camera ray
-};
-
-/// A look as rays use it.
-struct Material {
-  bool dielectric = false;
-  Vec3f color = Vec3f::Zero();       // diffuse albedo
-  float ior = 1;                     // dielectric
-  Vec3f absorption = Vec3f::Zero();  // [1/m] dielectric
 };
 
 /// Surfaces are numbered: the liquid is 0, collider i is i + 1.
@@ -49,10 +41,15 @@ struct Exposure {
   Vec3f moved(const Vec3f& point, const Vec3f& velocity, float later) const;
 };
 
-/// What a straight ray through dielectrics lets through.
-struct Passage {
-  Vec3f transmittance = Vec3f::Ones();  // 0 when something opaque is in the way
-  int crossings = 0;
+/// Dielectric surfaces that a straight ray goes through, in any order.
+struct Crossings {
+  static constexpr int kMost = 32;
+  struct One {
+    float t, cosine;  // [m], of the ray to the outward normal: below 0 it enters
+    int surface;
+  };
+  std::array<One, kMost> list;
+  int count = 0;
 };
 
 class Geometry {
@@ -67,8 +64,8 @@ class Geometry {
   /// Nearest hit before `far`. `primary`: neighbouring calls have similar rays.
   bool intersect(const Ray&, float far, bool primary, Hit&) const;
   bool occluded(const Ray&, float far) const;
-  /// As if dielectrics did not bend light: each crossing costs its Fresnel reflection, each length inside its absorption.
-  Passage straight(const Ray&, float far) const;
+  /// As if dielectrics did not bend light. False when something opaque is in the way, or more surfaces than are counted.
+  bool straight(const Ray&, float far, Crossings&) const;
   /// [m/s] of what was hit, where it was hit.
   Vec3f velocity(const Hit&) const;
 

@@ -1,10 +1,11 @@
 #pragma once
 // Light that arrives along a camera ray: unidirectional path tracing with next-event estimation.
-//  - A diffuse surface samples each area light and, by cosine, its hemisphere; the two are combined by the power heuristic. The sky
-//    is found by the hemisphere samples.
-//  - The first dielectric that the camera sees is followed both ways (reflection and refraction), later ones at random by Fresnel.
-//  - caustics = "straight": shadow rays go straight through dielectrics, tinted. Their light has then been counted, so an area light
-//    that is found behind a dielectric after a diffuse surface is not added again. The sky is always found by refracted rays.
+//  - Surfaces that scatter (all but smooth mirrors and boundaries) and points of a scattering medium sample each light, and the direction in
+//    which they go on; the two are combined by the power heuristic. The gradient sky is found by the latter alone.
+//  - The first smooth dielectric that the camera sees is followed both ways (reflection and refraction), later ones at random by Fresnel.
+//  - caustics = "straight": shadow rays go straight through dielectrics, tinted. Their light has then been counted, so a light that is
+//    found by mirrors and dielectrics after a surface that scatters is not added again. The sky is always found by refracted rays.
+//  - caustics = "none": shadow rays stop at dielectrics, and that light is left out all the same.
 //  - A path that is still among dielectrics after `bounces` surfaces (a thin sheet leads light like a fibre) ends in the sky, as it
 //    would have: biased, but not black.
 //  - Radiance is divided by n^2 on its way into a medium and multiplied on its way out, so that a white furnace stays white.
@@ -27,35 +28,49 @@ class Integrator {
  public:
   Integrator(const Scene& scene, const Geometry& geometry) : scene_(scene), geometry_(geometry) {}
 
-  /// Radiance of one sample; dimensions from 1 of `points` are used.
-  Vec3f radiance(const Ray& camera, const sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const;
+  /// The dielectrics that hold a point: what a camera under water is in.
+  Media media_at(const Vec3f& point, float time) const;
+  /// Radiance of one sample; `around` the camera. Dimensions from 1 of `points` are used.
+  Vec3f radiance(const Ray& camera, Media around, const sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const;
 
  private:
-  /// What a ray flies through. A solid has precedence over the liquid that it displaces.
-  struct Medium {
-    bool liquid = false;
-    int solid = -1;  // number of a dielectric surface, or -1
-  };
   struct Path {
     Ray ray;
     Vec3f weight = Vec3f::Ones();
-    Medium medium = {};
+    Media media = {};
     int surfaces = 0;            // met so far
-    int scattered = 0;           // of these, diffuse
-    float density = 0;           // [1/sr] of the direction; 0 where it was not drawn from a density (camera, dielectric)
+    float flown = 0;             // [m] from the camera to the last boundary that was hidden
+    int flights = 0;             // steps so far: boundaries that are hidden and points in a medium count too
+    int scattered = 0;           // surfaces that scatter, and points in a medium
+    float density = 0;           // [1/sr] of the direction; 0 where it was not drawn from a density (camera, smooth)
+    bool counted = false;        // the last surface that scatters has sampled the lights behind what came since
     float compression = 1;       // n^2 factors in weight
     std::uint32_t dimension = 1;
+    void go(const Vec3f& origin, const Vec3f& direction) {
+      ray.origin = origin;
+      ray.direction = direction;
+    }
   };
   struct Work;  // one sample: result, points, branches waiting
+  struct Spot;  // where a path scatters
 
   bool step(Path&, Work&) const;
-  void pass_lights(const Path&, float t, Work&) const;
-  bool meets_ground(Path&, float t, Work&) const;
+  bool flies_through(Path&, const Material&, float t, Work&) const;
+  void add_lights(const Path&, float t, Work&) const;
+  void add_background(const Path&, float share, Work&) const;
+  bool meets_ground(Path&, const Ground::Met&, Work&) const;
   bool meets_surface(Path&, const Hit&, Work&) const;
-  bool meets_diffuse(Path&, const Vec3f& point, const Vec3f& geometric, const Vec3f& shading, const Vec3f& color, Work&) const;
+  bool meets_opaque(Path&, const Spot&, const Material&, const Vec3f& color, Work&) const;
+  bool meets_translucent(Path&, const Spot&, const Material&, const Vec3f& tint, int surface, Work&) const;
   bool meets_dielectric(Path&, const Vec3f& point, const Hit&, Work&) const;
-  Vec3f direct(const AreaLight&, const Vec3f& from, const Vec3f& normal, float time, sampling::Point) const;
-  const Material* material_in(const Medium& m) const;
+  bool meets_rough_dielectric(Path&, const Spot&, const Boundary&, float alpha, float eta, Work&) const;
+  bool walks(Path&, Spot&, const Material&, const Vec3f& tint, int surface, Work&) const;
+  template <class Scatter>
+  void light(const Path&, const Spot&, const Scatter&, bool dielectric, Work&) const;
+  template <class Scatter>
+  bool scatters(Path&, const Spot&, const Scatter&, Work&) const;
+  Vec3f shadow(Media, const Ray&, float distance, bool straight, bool& crossed) const;
+  bool survives(Path&, float choice) const;
   void absorb(Path&, float length) const;
 
   const Scene& scene_;

@@ -30,16 +30,29 @@ inline Vec3f reflect(const Vec3f& d, const Vec3f& n, float cos_i) { return d + 2
 /// Snell: the direction on the other side, with cos_t from fresnel().
 inline Vec3f refract(const Vec3f& d, const Vec3f& n, float cos_i, float cos_t, float eta) { return d / eta + (cos_i / eta - cos_t) * n; }
 
-/// Direction about `n` with density cos / pi.
-inline Vec3f cosine_direction(const Vec3f& n, sampling::Point u, float& cosine) {
+/// A basis about a normal, without a branch on which axis is longest [Duff17].
+struct Frame {
+  Vec3f s, t, n;
+  explicit Frame(const Vec3f& normal) : n(normal) {
+    const float sign = std::copysign(1.0f, n.z()), p = -1 / (sign + n.z()), q = n.x() * n.y() * p;
+    s = Vec3f(1 + sign * n.x() * n.x() * p, sign * q, -sign * n.x());
+    t = Vec3f(q, sign + n.y() * n.y() * p, -n.y());
+  }
+  Vec3f world(const Vec3f& local) const { return local.x() * s + local.y() * t + local.z() * n; }
+  Vec3f local(const Vec3f& world) const { return {world.dot(s), world.dot(t), world.dot(n)}; }
+};
+
+/// Direction about z with density cos / pi.
+inline Vec3f cosine_direction(sampling::Point u) {
   // Polar, not concentric: sky and total reflection depend on the height above the horizon first, which u.x alone then stratifies.
   const float r = std::sqrt(u.x), phi = 2 * std::numbers::pi_v<float> * u.y;
-  const float x = r * std::cos(phi), y = r * std::sin(phi);
-  cosine = std::sqrt(std::max(0.0f, 1 - u.x));
-  // a basis without a branch on which axis is longest [Duff17]
-  const float sign = std::copysign(1.0f, n.z()), p = -1 / (sign + n.z()), q = n.x() * n.y() * p;
-  const Vec3f s(1 + sign * n.x() * n.x() * p, sign * q, -sign * n.x()), t(q, sign + n.y() * n.y() * p, -n.y());
-  return x * s + y * t + cosine * n;
+  return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1 - u.x))};
+}
+
+/// Direction about z with uniform density over the cap of height `height`: all directions at 2.
+inline Vec3f cap_direction(float height, sampling::Point u) {
+  const float below = height * u.x, z = 1 - below, r = std::sqrt(std::max(0.0f, below * (2 - below))), phi = 2 * std::numbers::pi_v<float> * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
 }  // namespace render::trace

@@ -1,9 +1,61 @@
 #include "render/trace/scene.h"
 
+#include <cmath>
+#include <numeric>
+
 #include "base/error.h"
+#include "render/view/view.h"
 
 namespace render::trace {
 namespace {
+
+Model model_of(const std::string& name) {
+  for (std::size_t i = 0; i < kModels.size(); ++i)
+    if (kModels[i] == name) return static_cast<Model>(i);
+  return Model::diffuse;
+}
+
+/// What the coat of a coated or translucent body keeps in.
+void set_coat(Material& m) {
+  m.albedo = coat_albedo(m.alpha, m.ior);
+  m.inside = 1 - (1 - m.albedo.mean) / (m.ior * m.ior);
+}
+
+Material material_of(const Look& l) {
+  Material m{.model = model_of(l.model), .color = l.color.cast<float>()};
+  m.alpha = static_cast<float>(l.roughness * l.roughness);
+  if (m.alpha < 1e-4f) m.alpha = 0;
+  switch (m.model) {
+    case Model::dielectric:
+      m.dielectric = true;
+      m.color = Vec3f::Ones();
+      m.ior = static_cast<float>(l.ior);
+      m.absorption = l.absorption.cast<float>();
+      m.scattering = l.scattering.cast<float>();
+      m.priority = static_cast<int>(l.priority);
+      break;
+    case Model::conductor:
+      m.edge = l.edge.cast<float>();
+      if (m.alpha > 0) m.albedo = mirror_albedo(m.alpha);
+      break;
+    case Model::coated:
+      m.ior = static_cast<float>(l.coat);
+      set_coat(m);
+      break;
+    case Model::translucent:
+      m.ior = static_cast<float>(l.coat);
+      set_coat(m);
+      for (int c = 0; c < 3; ++c) m.scattering[c] = static_cast<float>(scattering_albedo(l.color[c]));
+      m.extinction = static_cast<float>(1 / l.depth);
+      break;
+    case Model::emissive:
+      m.radiance = (l.intensity * l.color).cast<float>();
+      m.color = Vec3f::Zero();
+      break;
+    case Model::diffuse: break;
+  }
+  return m;
+}
 
 Material material_of(const Setting& setting, const std::string& look, const std::string& key) {
   const auto found = setting.looks.find(look);
@@ -12,41 +64,74 @@ Material material_of(const Setting& setting, const std::string& look, const std:
     for (const auto& entry : setting.looks) names += (names.empty() ? "" : ", ") + entry.first;
     throw base::Error({.key = key, .value = "\"" + look + "\"", .allowed = "must be one of " + names});
   }
-  const Look& l = found->second;
-  return {.dielectric = l.model == "dielectric", .color = l.color.cast<float>(), .ior = static_cast<float>(l.ior), .absorption = l.absorption.cast<float>()};
+  return material_of(found->second);
 }
 
-AreaLight area_light(const Light& light) {
-  const base::Vec3 normal = (light.target - light.position).normalized();
-  base::Vec3 side = normal.cross(base::Vec3::UnitZ());
-  if (side.norm() < 1e-6) side = base::Vec3::UnitX();
-  side.normalize();
-  const base::Vec3 u = 0.5 * light.width * side, v = 0.5 * light.height * side.cross(normal);
-  return {.middle = light.position.cast<float>(), .u = u.cast<float>(), .v = v.cast<float>(), .normal = normal.cast<float>(),
-          .radiance = (light.intensity * light.color).cast<float>(), .area = static_cast<float>(light.width * light.height)};
+/// Ranks by priority; of equals, the later surface, so that a solid displaces the liquid.
+void rank_media(Scene& scene) {
+  scene.rank.assign(scene.surfaces.size(), -1);
+  for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
+    if (scene.surfaces[i].material.dielectric) scene.surface_of.push_back(static_cast<int>(i));
+  if (scene.surface_of.size() > Media::kMost)
+    throw base::Error({.key = "collider", .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
+  const auto priority = [&](int surface) { return scene.surfaces[static_cast<std::size_t>(surface)].material.priority; };
+  std::stable_sort(scene.surface_of.begin(), scene.surface_of.end(), [&](int a, int b) { return priority(a) < priority(b); });
+  for (std::size_t k = 0; k < scene.surface_of.size(); ++k) scene.rank[static_cast<std::size_t>(scene.surface_of[k])] = static_cast<int>(k);
+}
+
+void tabulate_rough_boundaries(Scene& scene) {
+  std::vector<float> indices{1};
+  for (const Surface& s : scene.surfaces)
+    if (s.material.dielectric) indices.push_back(s.material.ior);
+  for (const Surface& s : scene.surfaces) {
+    if (!s.material.dielectric || s.material.alpha == 0) continue;
+    for (const float a : indices)
+      for (const float b : indices) {
+        const auto same = [&](const RoughBoundary& r) { return r.alpha == s.material.alpha && (r.eta == b / a || r.eta == a / b); };
+        if (a != b && std::none_of(scene.rough.begin(), scene.rough.end(), same)) scene.rough.push_back(make_rough_boundary(s.material.alpha, b / a));
+      }
+  }
+}
+
+Ground make_ground(const Setting& setting, float reach, const Vec3f& middle) {
+  Ground ground{.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()), .middle = middle.head<2>(),
+                .solid_to = 1.5f * reach, .gone_from = 7 * reach};
+  if (setting.options.ground == "none") ground.form = Ground::Form::none;
+  if (setting.options.ground == "cyclorama") {
+    ground.form = Ground::Form::cyclorama;
+    const view::View v = view::resolve(setting.camera, setting.domain, setting.options.width, setting.options.height);
+    const Eigen::Vector2f ahead = v.forward.head<2>().cast<float>();
+    if (ahead.norm() > 1e-3f) ground.back = ahead.normalized();
+    ground.bend_from = 1.6f * reach;
+    ground.bend = 1.2f * reach;
+  }
+  return ground;
 }
 
 }  // namespace
+
+const RoughBoundary& Scene::rough_boundary(float alpha, float eta, bool& back) const {
+  for (const RoughBoundary& r : rough) {
+    if (r.alpha != alpha) continue;
+    back = std::abs(r.eta * eta - 1) < std::abs(r.eta - eta);
+    if (std::abs((back ? 1 / eta : eta) - r.eta) < 1e-5f * r.eta) return r;
+  }
+  return rough.front();  // every pair has been tabulated
+}
 
 Scene make_scene(const Setting& setting) {
   Scene scene;
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
   for (const sim::Collider& c : setting.colliders)
     scene.surfaces.push_back({.material = material_of(setting, c.look, "collider." + c.name + ".look"), .shape = c.shape});
-  for (const Light& light : setting.lights.empty() ? default_lights(setting.domain) : setting.lights) {
-    if (light.kind == "area") {
-      scene.lights.push_back(area_light(light));
-    } else {
-      scene.sky.zenith += (light.intensity * light.color).cast<float>();
-      scene.sky.horizon += (light.intensity * light.horizon).cast<float>();
-    }
-  }
+  rank_media(scene);
+  tabulate_rough_boundaries(scene);
+  scene.lights = make_lights(setting.lights.empty() ? default_lights(setting.domain) : setting.lights, setting.folder);
   const float reach = static_cast<float>(0.5 * setting.domain.size().norm());
   const Vec3f middle = (0.5 * (setting.domain.lower + setting.domain.upper)).cast<float>();
-  scene.ground = {.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()), .middle = middle.head<2>(),
-                  .solid_to = 1.5f * reach, .gone_from = 7 * reach};
+  scene.ground = make_ground(setting, reach, middle);
   scene.bounces = static_cast<int>(setting.options.bounces);
-  scene.straight = setting.options.caustics == "straight";
+  scene.caustics = setting.options.caustics == "path" ? Caustics::path : setting.options.caustics == "none" ? Caustics::none : Caustics::straight;
   scene.offset = 2e-5f * (reach + middle.cwiseAbs().maxCoeff());
   return scene;
 }

@@ -4,51 +4,47 @@
 #include <vector>
 
 #include "render/render.h"
+#include "render/trace/bsdf.h"
 #include "render/trace/geometry.h"
+#include "render/trace/ground.h"
+#include "render/trace/lights.h"
+#include "render/trace/media.h"
 
 namespace render::trace {
 
-/// A rectangle that shines to the side its normal points to. It blocks nothing: the sky behind it adds to its light, and a ray that
-/// finds one instead of the other makes no noise.
-struct AreaLight {
-  Vec3f middle, u, v;  // [m] half sides, orthogonal
-  Vec3f normal;        // unit
-  Vec3f radiance;
-  float area;          // [m^2]
+/// Light through dielectrics, after a surface that scatters.
+enum class Caustics {
+  straight,  // shadow rays go straight through, tinted
+  path,      // found by chance
+  none       // left out: dielectrics cast full shadows, but for the sky
 };
 
-/// From the horizon's colour to the zenith's, level at both ends so that no line is seen; below the horizon, the horizon's.
-struct Sky {
-  Vec3f zenith = Vec3f::Zero(), horizon = Vec3f::Zero();
-  Vec3f radiance(const Vec3f& direction) const {
-    const float height = std::clamp(direction.z(), 0.0f, 1.0f);
-    return horizon + height * height * (3 - 2 * height) * (zenith - horizon);
-  }
-};
-
-/// The domain's floor, without end. Away from the domain it turns into the sky's horizon, so that no edge is seen.
-struct Ground {
-  Material material;
-  float z;                      // [m]
-  Eigen::Vector2f middle;       // [m]
-  float solid_to, gone_from;    // [m] distances from the middle between which it fades
-  float fade(const Vec3f& point) const {
-    const float r = (point.head<2>() - middle).norm(), s = std::clamp((r - solid_to) / (gone_from - solid_to), 0.0f, 1.0f);
-    return s * s * (3 - 2 * s);
-  }
-};
+/// Which samples count: those drawn towards lights, those drawn as surfaces scatter, or both by the power heuristic. Pictures use both.
+enum class Strategy { both, lights, scattering };
 
 struct Scene {
   std::vector<Surface> surfaces;  // 0: the liquid
-  std::vector<AreaLight> lights;
-  Sky sky;
+  std::vector<int> rank;          // of each surface among media; -1 where it is no dielectric
+  std::vector<int> surface_of;    // of each rank
+  std::vector<RoughBoundary> rough;  // of every pair that can meet
+  Lights lights;
   Ground ground;
-  int bounces;
-  bool straight;                  // shadow rays go straight through dielectrics
-  float offset;                   // [m] from a surface to the start of a ray that leaves it
+  int bounces = 32;
+  Caustics caustics = Caustics::straight;
+  Strategy strategy = Strategy::both;
+  float offset = 0;               // [m] from a surface to the start of a ray that leaves it
+
+  /// The dielectric that is there, or none: air.
+  const Material* medium(Media m) const { return m.inside == 0 ? nullptr : &surfaces[static_cast<std::size_t>(surface_of[static_cast<std::size_t>(m.top())])].material; }
+  float ior(Media m) const {
+    const Material* material = medium(m);
+    return material ? material->ior : 1;
+  }
+  /// The boundary from index 1 to eta, which may be stored the other way round (`back`).
+  const RoughBoundary& rough_boundary(float alpha, float eta, bool& back) const;
 };
 
-/// Throws base::Error (exit 2) when a look that is named is not there.
+/// Throws base::Error (exit 2) when a look that is named is not there, or a picture cannot be read.
 Scene make_scene(const Setting&);
 
 }  // namespace render::trace
