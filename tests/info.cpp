@@ -139,7 +139,7 @@ TEST_F(Info, RefusesAnythingElseInOneLine) {
   for (const std::string end : {".vdb", ".exr", ".png", ".mp4", ".h5", ".json", ".toml", ".doc"}) {
     write("empty" + end, "");
     write("words" + end, "these are = words\n");
-    for (const std::string name : {"empty" + end, "words" + end, "none" + end}) {
+    for (const std::string& name : {"empty" + end, "words" + end, "none" + end}) {
       const Outcome outcome = run({"info", name});
       if (name == "empty.toml") continue;   // whatever the shot reader makes of a shot without a key
       EXPECT_EQ(outcome.exit, 2) << name;
@@ -186,7 +186,7 @@ TEST_F(Info, SurvivesDamage) {
       refused += complaint(folder / damaged, read).empty() ? 0 : 1;
     }
     EXPECT_GT(refused, 20) << name;
-    if (name == "own.vdb") EXPECT_EQ(refused, 200);   // its checksum sees every bit
+    EXPECT_TRUE(name != "own.vdb" || refused == 200) << "its checksum sees every bit, and " << refused << " of 200 were refused";
   }
   EXPECT_LT(peak_memory() - before, std::int64_t{1} << 30);
 }
