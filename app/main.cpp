@@ -3,6 +3,7 @@
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
+#include <csignal>
 #include <cstdio>
 
 #include "app/commands/commands.h"
@@ -30,6 +31,7 @@ int main(int count, char** words) {
     std::fputs("polypic: this processor has no AVX2 and FMA, which the program is built for\n", stderr);
     return static_cast<int>(base::Exit::user);
   }
+  std::signal(SIGXFSZ, SIG_IGN);   // a file over the limit is a write that fails, not a crash
   flush_denormals();
   use_one_blas_thread();
   return app::run_command_line(count, words);

@@ -56,6 +56,11 @@ void Progress::line(std::string_view text) {
   std::fflush(out_);
 }
 
+void Progress::warn(std::string_view text) {
+  clear_bar();
+  std::fprintf(stderr, "polypic: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
 void Progress::working(std::int64_t frame, std::int64_t last, std::string_view stage) {
   if (terminal_ && !quiet_) draw_bar(frame, frame - 1, last, last_tail_.empty() ? std::string(stage) : last_tail_ + "  " + std::string(stage));
 }

@@ -26,6 +26,8 @@ class Progress {
 
   /// A line that stays. `text` without its newline.
   void line(std::string_view text);
+  /// A line on standard error about what went wrong and was dealt with; quiet does not hide it.
+  void warn(std::string_view text);
   /// Work on `frame` goes on with `stage`; shown by the bar only.
   void working(std::int64_t frame, std::int64_t last, std::string_view stage);
   /// `frame` of `last` is done after work in these stages; the time left follows from the latest frames.

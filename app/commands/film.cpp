@@ -6,14 +6,21 @@
 
 #include "app/commands/commands.h"
 #include "app/stages/interrupt.h"
+#include "base/error.h"
 
 namespace app {
 namespace {
 
-std::vector<Stage> stages_of(const Request& request) {
+std::vector<Stage> stages_of(const Request& request, const Shot& shot) {
+  const bool is_flat = shot.scene.options.dimension == 2;
+  if (request.command == "surface" && is_flat)
+    throw base::Error({.file = shot.file.string(), .key = "sim.dimension", .value = "2", .hint = "polypic render draws the points",
+                       .message = "has no surface"});
   if (request.command == "simulate") return {Stage::simulate};
   if (request.command == "surface") return {Stage::surface};
   if (request.command == "render") return {request.preview ? Stage::preview : Stage::render};
+  if (is_flat && request.preview) return {Stage::simulate, Stage::preview, Stage::render};
+  if (is_flat) return {Stage::simulate, Stage::render};
   if (request.preview) return {Stage::simulate, Stage::preview, Stage::surface, Stage::render};
   return {Stage::simulate, Stage::surface, Stage::render};
 }
@@ -22,7 +29,7 @@ std::vector<Stage> stages_of(const Request& request) {
 
 void film(const Request& request) {
   const Shot shot = read_shot(find_shot(request.subject), request.overrides);
-  const Order order{.stages = stages_of(request),
+  const Order order{.stages = stages_of(request, shot),
                     .frames = request.frames,
                     .out = request.out.value_or(std::filesystem::path("out") / shot.name),
                     .restart = request.restart,

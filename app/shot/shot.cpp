@@ -61,6 +61,41 @@ void require_look(base::Params& p, const std::map<std::string, render::Look>& lo
   p.require(looks.contains(look), key, "there is no such look; there are " + names);
 }
 
+Shot make_shot(Reading reading, const std::filesystem::path& file) {
+  Shot shot = std::move(reading.shot);
+  shot.name = file.stem().string();
+  shot.file = file;
+  shot.resolved = shot_text(reading.given);
+  shot.render.colliders = shot.scene.colliders;
+  shot.render.liquid_look = look_of(shot.scene.bodies.front());
+  shot.render.domain = shot.scene.options.domain;
+  shot.render.fps = shot.fps;
+  shot.render.dimension = shot.scene.options.dimension;
+  return shot;
+}
+
+// Every key of something declared, with its value.
+template <class Declared>
+Node complete_node(Declared declared) {
+  const Node nothing;
+  Reader reader(nothing, "");
+  declared.params(reader);
+  reader.finish();
+  return reader.complete();
+}
+
+// Looks and lights that come with the program are read like keys: another version may have others.
+void add_built_in(const render::Setting& setting, Node& keys) {
+  std::vector<std::string> used = {setting.liquid_look, "ground"};
+  for (const sim::Collider& collider : setting.colliders) used.push_back(collider.look);
+  for (const std::string& name : used)
+    if (const auto look = setting.looks.find(name); look != setting.looks.end()) keys.at("look").at(name) = complete_node(look->second);
+  if (!setting.lights.empty()) return;
+  Node& lights = keys.at("light");
+  lights.kind = Node::Kind::array;
+  for (const render::Light& light : render::default_lights(setting.domain)) lights.items.push_back(complete_node(light));
+}
+
 // Copies the keys of `list` from every entry, or all but those.
 Node entries(const Node& root, std::string_view list, std::string_view key, bool only) {
   Node out;
@@ -83,6 +118,8 @@ void Shot::params(base::Params& p) {
     q("frames", frames, "1", "frames to make; frame 1 is t = 0", base::within(1, 1e6));
     q("fps", fps, "1/s", "frames a second", base::above(0));
     q("up", up, "the direction that is up: z, or y in two dimensions", kUpNames);
+    q("checkpoint_every", checkpoint_every, "1", "frames between two checkpoints of the simulation; one more at its end", base::within(1, 1e6));
+    q("checkpoint_keep", checkpoint_keep, "1", "checkpoints that are kept, the latest ones", base::within(1, 1e6));
     q("quality", quality, "rung of the ladder of accuracy: sets sim.transfer, kernel and modes, and render.spp", kRungs);
   });
   scene.params(p);
@@ -110,28 +147,19 @@ void Shot::params(base::Params& p) {
 }
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  Reading reading = read_text(base::read_file(file, kLargestShot), file.string(), overrides);
-  Shot shot = std::move(reading.shot);
-  shot.name = file.stem().string();
-  shot.file = file;
-  shot.resolved = shot_text(reading.given);
-  shot.render.colliders = shot.scene.colliders;
-  shot.render.liquid_look = look_of(shot.scene.bodies.front());
-  shot.render.domain = shot.scene.options.domain;
-  shot.render.fps = shot.fps;
-  shot.render.dimension = shot.scene.options.dimension;
-  return shot;
+  return make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
 }
 
-std::vector<std::string> changed_keys(const std::string& resolved_before, const std::string& resolved_now) {
-  const auto before = flat(parse_toml(resolved_before, "shot.toml")), now = flat(parse_toml(resolved_now, "shot.toml"));
-  const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(now.begin(), now.end());
-  std::vector<std::string> changed;
-  for (const auto& [key, value] : now)
-    if (const auto found = old.find(key); found == old.end() || found->second != value) changed.push_back(key);
+std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
+  const std::string text = stage_text(make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml"), stage);
+  const auto before = flat(parse_toml(text, "shot.toml")), after = flat(parse_toml(stage_text(now, stage), "shot.toml"));
+  const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(after.begin(), after.end());
+  std::vector<ChangedKey> changed;
+  for (const auto& [key, value] : after)
+    if (const auto found = old.find(key); found == old.end()) changed.push_back({key, "", value});
+    else if (found->second != value) changed.push_back({key, found->second, value});
   for (const auto& [key, value] : before)
-    if (!fresh.contains(key)) changed.push_back(key);
-  std::erase(changed, "shot.frames");
+    if (!fresh.contains(key)) changed.push_back({key, value, ""});
   return changed;
 }
 
@@ -153,6 +181,7 @@ std::string stage_text(const Shot& shot, const std::string& stage) {
   } else {
     assert(stage == "render" && "there are three stages");
     for (const auto section : {"render", "camera", "light", "look"}) take(section);
+    if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
     keys.at("body") = entries(all, "body", "look", true);
     keys.at("collider") = entries(all, "collider", "look", true);
   }

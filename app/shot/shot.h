@@ -18,6 +18,7 @@ struct Shot {
   std::int64_t frames = 24;
   double fps = 24;              // [1/s]
   std::string quality = "normal";
+  std::int64_t checkpoint_every = 10, checkpoint_keep = 2;   // [frames], [1]
   sim::Scene scene;
   surface::Options surface;
   render::Setting render;
@@ -50,10 +51,16 @@ std::vector<KeyRow> all_keys();
 /// A complete small shot that runs, with every key that matters and a comment each.
 std::string example_shot();
 
-/// The keys in which two resolved shots differ, leaving out shot.frames; empty when the same.
-std::vector<std::string> changed_keys(const std::string& resolved_before, const std::string& resolved_now);
+/// A key and its value as text in two shots; empty in the one that does not have it.
+struct ChangedKey {
+  std::string key, before, now;
+};
+/// What `stage` ("simulate", "surface", "render") reads otherwise in `now` than in the shot that `resolved_before` is the text of.
+/// Throws base::Error when that is no shot.
+std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage);
 
-/// Canonical text of the keys one stage reads, for its hash: "simulate", "surface" or "render".
+/// Canonical text of the keys one stage reads, for its hash: "simulate", "surface" or "render"; defaults, and the looks and lights
+/// that come with the program, are written out.
 std::string stage_text(const Shot&, const std::string& stage);
 
 }  // namespace app

@@ -1,11 +1,12 @@
 #include "app/stages/film.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <nlohmann/json.hpp>
 
-#include "app/stages/hash.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/lock.h"
+#include "app/stages/making.h"
 #include "app/stages/movie.h"
 #include "app/stages/picture.h"
 #include "app/stages/record.h"
@@ -18,106 +19,6 @@ namespace app {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool has(const Order& order, Stage stage) { return std::find(order.stages.begin(), order.stages.end(), stage) != order.stages.end(); }
-
-// What a stage is made of, and what is made of it.
-std::optional<Stage> stage_above(Stage stage) {
-  if (stage == Stage::simulate) return {};
-  return stage == Stage::render ? Stage::surface : Stage::simulate;
-}
-bool is_below(Stage stage, Stage upstream) {
-  for (auto above = stage_above(stage); above; above = stage_above(*above))
-    if (*above == upstream) return true;
-  return false;
-}
-
-const std::string& hash_of(const StageHashes& hashes, Stage stage) {
-  if (stage == Stage::simulate) return hashes.simulate;
-  return stage == Stage::surface ? hashes.surface : hashes.render;   // a preview stands on the camera too
-}
-
-FrameRange range_of(const Shot& shot, const Order& order) { return order.frames.value_or(FrameRange{1, shot.frames}); }
-
-// Frames of one stage in one directory, and the keys they must be made from.
-struct Making {
-  const Shot& shot;
-  const Order& order;
-  Folder folder;
-  StageHashes hashes;
-  FrameRange range;
-
-  bool finished(Stage stage, std::int64_t frame) const { return finished_record(folder, stage, frame, hash_of(hashes, stage)).has_value(); }
-};
-
-// Every unfinished frame needs its predecessor's file, from the same shot, unless that is made on the way.
-void check_upstream(const Making& m) {
-  for (const Stage stage : m.order.stages) {
-    const auto above = stage_above(stage);
-    if (!above || has(m.order, *above)) continue;
-    for (std::int64_t frame = m.range.first; frame <= m.range.last; ++frame) {
-      if (!m.order.restart && m.finished(stage, frame)) continue;
-      const fs::path file = m.folder.outputs(*above, frame).front();
-      std::error_code none;
-      if (!fs::exists(file, none)) base::throw_input(file.string(), "no such file; run " + std::string(stage_name(*above)) + " first");
-      const auto record = read_record(m.folder, *above, frame);
-      if (record && record->hash != hash_of(m.hashes, *above))
-        throw base::Error({.code = base::Exit::resume_refused, .file = file.string(),
-                           .hint = std::string(stage_name(*above)) + " --restart or another --out goes on", .message = "made from another shot"});
-    }
-  }
-}
-
-// Without shot.toml the records still say whether the frames were made with other keys.
-void check_same_hashes(const Making& m) {
-  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
-    for (const std::int64_t frame : m.folder.recorded_frames(stage))
-      if (const auto record = read_record(m.folder, stage, frame); record && record->hash != hash_of(m.hashes, stage))
-        throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.root().string(), .hint = "--restart or another --out goes on",
-                           .message = "shot.toml is missing, and the frames here were made with another shot"});
-}
-
-// Frames of this directory were made from the shot.toml in it.
-void check_same_shot(const Making& m) {
-  std::error_code none;
-  if (m.order.restart) return;
-  if (!fs::exists(m.folder.shot(), none)) return check_same_hashes(m);
-  std::vector<std::string> changed;
-  try {
-    changed = changed_keys(base::read_file(m.folder.shot()), m.shot.resolved);
-  } catch (const base::Error&) {
-    throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .hint = "--restart or another --out goes on",
-                       .message = "is no shot any more, so what the frames here were made with is unknown"});
-  }
-  if (changed.empty()) return;
-  std::string names;
-  for (const std::string& key : changed) names += (names.empty() ? "" : ", ") + key;
-  throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .hint = "--restart or another --out goes on",
-                     .message = "the frames here were made with another " + names});
-}
-
-void remove_for_restart(const Making& m) {
-  for (const Stage stage : {Stage::preview, Stage::render, Stage::surface, Stage::simulate})
-    if (std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return s == stage || is_below(stage, s); }))
-      m.folder.remove_files(stage);
-}
-
-void write_if_other(const fs::path& file, const std::string& text) {
-  std::error_code none;
-  if (!fs::exists(file, none) || base::read_file(file) != text) base::write_text_atomically(file, text);
-}
-
-// A film of every finished picture, unless the one that is there is newer than all of them.
-void make_movie(const Making& m, Stage stage) {
-  std::vector<fs::path> images;
-  for (const std::int64_t frame : m.folder.recorded_frames(stage))
-    if (m.finished(stage, frame)) images.push_back(m.folder.outputs(stage, frame).back());
-  const fs::path movie = m.folder.movie(stage);
-  std::error_code none;
-  const auto made = fs::last_write_time(movie, none);
-  const bool current = !none && std::all_of(images.begin(), images.end(), [&](const fs::path& image) { return fs::last_write_time(image, none) <= made; });
-  if (!images.empty() && !current) write_movie(movie, images, m.shot.fps, m.order.threads);
-}
 
 // "frames 3-7"
 std::string frames_text(std::int64_t first, std::int64_t last) {
@@ -140,81 +41,181 @@ class KeptFrames {
   std::int64_t first_ = 0, last_ = 0;
 };
 
-void make_frames(const Making& m, PointsMaker& points, base::Progress& progress) {
-  PictureMaker pictures(m.shot, m.folder, m.hashes, m.order.threads);
-  KeptFrames kept;
-  const std::int64_t first = points.has_work() ? 1 : m.range.first;
-  for (std::int64_t frame = first; frame <= m.range.last; ++frame) {
-    base::StageSeconds spent;
-    const auto work = [&](Stage stage, const char* label, const auto& make) {
-      if (!has(m.order, stage)) return;
-      if (stage == Stage::simulate ? !points.has_work() : frame < m.range.first || m.finished(stage, frame)) return;
-      stop_if_signalled();
-      if (spent.empty()) kept.tell(progress);
-      progress.working(frame, m.range.last, label);
-      spent.emplace_back(label, make());
-    };
-    work(Stage::simulate, "sim", [&] { return points.make(frame); });
-    work(Stage::preview, "preview", [&] { return pictures.preview(frame); });
-    work(Stage::surface, "surface", [&] { return pictures.surface(frame); });
-    work(Stage::render, "render", [&] { return pictures.render(frame); });
-    if (spent.empty()) kept.add(frame);
-    else progress.finished(frame, m.range.last, spent);
+/// The stages of a frame, one after another.
+class FrameMaker {
+ public:
+  FrameMaker(const Making& m, Finished& finished, PointsMaker& points, base::Progress& progress)
+      : m_(m), finished_(finished), points_(points), progress_(progress), pictures_(m.shot, m.folder, m.hashes, m.order.threads) {}
+
+  void make_all() {
+    std::vector<std::int64_t> others;   // frames that another process was at
+    const std::int64_t first = m_.wants(Stage::simulate) ? 1 : m_.range.first;
+    for (std::int64_t frame = first; frame <= m_.range.last; ++frame)
+      if (!make(frame, /*wait=*/false)) others.push_back(frame);
+    for (const std::int64_t frame : others) make(frame, /*wait=*/true);
+    kept_.tell(progress_);
   }
-  kept.tell(progress);
+
+ private:
+  /// False when another process makes one of the stages; the rest of the frame stands on it.
+  bool make(std::int64_t frame, bool wait) {
+    spent_.clear();
+    bool complete = true;
+    for (const Stage stage : m_.order.stages) {
+      const bool is_simulation = stage == Stage::simulate;
+      if (is_simulation ? !points_.is_missing(frame) || finished_.has(stage, frame) : frame < m_.range.first || finished_.has(stage, frame)) continue;
+      stop_if_signalled();
+      complete = is_simulation ? work(stage, frame) : make_locked(stage, frame, wait);
+      if (!complete) break;
+    }
+    if (!spent_.empty()) progress_.finished(frame, m_.range.last, spent_);
+    else if (complete) kept_.add(frame);
+    return complete;
+  }
+
+  bool make_locked(Stage stage, std::int64_t frame, bool wait) {
+    const fs::path file = m_.folder.lock_of(stage, frame);
+    Folder::make_room_for(file);
+    const std::optional<Lock> lock = wait ? Lock::take(file, stop_if_signalled) : Lock::try_take(file);
+    if (!lock) return false;
+    return finished_.look_again(stage, frame) || work(stage, frame);   // another may have made it meanwhile
+  }
+
+  bool work(Stage stage, std::int64_t frame) {
+    constexpr std::array<const char*, 4> kLabels = {"sim", "surface", "render", "preview"};
+    const char* const label = kLabels[static_cast<std::size_t>(stage)];
+    if (spent_.empty()) kept_.tell(progress_);
+    progress_.working(frame, m_.range.last, label);
+    spent_.emplace_back(label, stage == Stage::simulate  ? points_.make(frame)
+                               : stage == Stage::surface ? pictures_.surface(frame)
+                               : stage == Stage::render  ? pictures_.render(frame)
+                                                         : pictures_.preview(frame));
+    finished_.add(stage, frame);
+    return true;
+  }
+
+  const Making& m_;
+  Finished& finished_;
+  PointsMaker& points_;
+  base::Progress& progress_;
+  PictureMaker pictures_;
+  KeptFrames kept_;
+  base::StageSeconds spent_;
+};
+
+// A film of every finished picture.
+void make_movies(const Making& m, Finished& finished) {
+  for (const Stage stage : {Stage::preview, Stage::render}) {
+    if (!m.wants(stage)) continue;
+    const Lock lock = Lock::take(m.folder.lock_of_movie(), stop_if_signalled);
+    std::vector<std::int64_t> frames = m.folder.recorded_frames(stage);
+    finished.look(stage, frames);
+    std::erase_if(frames, [&](std::int64_t frame) { return !finished.has(stage, frame); });
+    make_movie(m.folder, stage, frames, m.shot.fps, m.order.threads);
+  }
+}
+
+nlohmann::ordered_json write_run(const Making& m) {
+  const Lock lock = Lock::take(m.folder.lock_of_run(), [] {});   // the last to write has read all records
+  nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
+  base::write_text_atomically(m.folder.run(), run.dump(2) + "\n");
+  return run;
+}
+
+// Makes everything; whatever stops it, what is finished is told of in run.json and the simulation is saved.
+nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, PointsMaker& points, base::Progress& progress) {
+  try {
+    FrameMaker(m, finished, points, progress).make_all();
+    make_movies(m, finished);
+  } catch (const Interrupted& e) {
+    const fs::path saved = points.save();
+    write_run(m);
+    throw Interrupted(e.signal(), saved.string());
+  } catch (const base::Error& e) {
+    if (e.complaint().code != base::Exit::io) write_run(m);
+    throw;
+  }
+  return write_run(m);
 }
 
 // Where the result of the last stage asked for lies.
 fs::path result_of(const Making& m) {
-  if (has(m.order, Stage::render)) return m.folder.movie(Stage::render);
-  if (has(m.order, Stage::preview)) return m.folder.movie(Stage::preview);
+  if (m.wants(Stage::render)) return m.folder.movie(Stage::render);
+  if (m.wants(Stage::preview)) return m.folder.movie(Stage::preview);
   return m.folder.outputs(m.order.stages.back(), 1).front().parent_path();
 }
 
-void check(const Making& m) {
-  m.folder.remove_leftovers();
-  check_same_shot(m);
-  check_upstream(m);
-}
-
-void announce(const Making& m, base::Progress& progress) {
+void announce(const Making& m, const std::string& again, const Finished& finished, base::Progress& progress) {
   const render::Options& picture = m.shot.render.options;
   std::string text = "shot   " + m.shot.name + "  " + frames_text(m.range.first, m.range.last);
-  if (has(m.order, Stage::render) || has(m.order, Stage::preview)) text += "  " + std::to_string(picture.width) + "x" + std::to_string(picture.height);
-  if (has(m.order, Stage::render)) text += "  " + std::to_string(picture.spp) + " spp";
+  if (m.wants(Stage::render) || m.wants(Stage::preview)) text += "  " + std::to_string(picture.width) + "x" + std::to_string(picture.height);
+  if (m.wants(Stage::render) && m.dimension() == 3) text += "  " + std::to_string(picture.spp) + " spp";
   progress.line(text + "  " + std::to_string(m.order.threads) + (m.order.threads == 1 ? " thread" : " threads"));
+  if (!again.empty()) progress.line("again  " + again);
+  if (finished.damaged().empty()) return;
+  const std::size_t more = finished.damaged().size() - 1;
+  progress.line("again  " + finished.damaged().front() + (more > 0 ? " and " + std::to_string(more) + " more files" : "") + (more > 0 ? " are" : " is") + " damaged");
+}
+
+void remove_for_restart(const Making& m) {
+  for (const Stage stage : {Stage::preview, Stage::render, Stage::surface, Stage::simulate})
+    if (std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return s == stage || is_below(stage, s, m.dimension()); }))
+      m.folder.remove_files(stage);
+}
+
+// Only who is alone changes what the directory is for.
+void require_alone(const Making& m, const FolderLock& lock) {
+  if (!lock.alone()) base::throw_input(m.folder.root().string(), "in use by " + owner_of(m.folder.lock()));
+}
+
+std::optional<Lock> lock_simulation(const Making& m) {
+  if (!m.wants(Stage::simulate)) return {};
+  std::optional<Lock> lock = Lock::try_take(m.folder.lock_of_simulation());
+  if (!lock) base::throw_input(m.folder.root().string(), "in use by " + owner_of(m.folder.lock_of_simulation()));
+  return lock;
+}
+
+// The frames a simulation must make. Those it only passes by are not read, and need not be whole.
+std::vector<std::int64_t> missing_points(const Making& m, Finished& finished) {
+  if (!m.wants(Stage::simulate)) return {};
+  std::vector<std::int64_t> missing;
+  for (std::int64_t frame = 1; frame <= m.range.last; ++frame)
+    if (m.order.restart || !(frame < m.range.first ? finished.stands(Stage::simulate, frame) : finished.has(Stage::simulate, frame))) missing.push_back(frame);
+  return missing;
+}
+
+void write_shot(const Making& m, const FolderLock& lock, bool changed) {
+  std::error_code none;
+  const bool there = fs::exists(m.folder.shot(), none);
+  if (there && base::read_file(m.folder.shot()) == m.shot.resolved) return;
+  if (!there || changed) require_alone(m, lock);
+  if (lock.alone()) base::write_text_atomically(m.folder.shot(), m.shot.resolved);
 }
 
 }  // namespace
 
 nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Progress& progress) {
   const Stopwatch watch;
-  const Making m{shot, order, Folder(order.out), stage_hashes(shot), range_of(shot, order)};
-  if (!fs::exists(m.folder.root())) check_upstream(m);   // no directory is made for a stage that cannot start
-  const FolderLock lock(m.folder);
-  check(m);
-  PointsMaker points(shot, m.folder, m.hashes.simulate, has(order, Stage::simulate) ? m.range.last : 0, order.restart);
-  announce(m, progress);
-  if (order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
-  write_if_other(m.folder.shot(), shot.resolved);
+  const Making m{shot, order, Folder(order.out), stage_hashes(shot), order.frames.value_or(FrameRange{1, shot.frames})};
+  Finished finished(m.folder, m.hashes, m.dimension());
+  if (!fs::exists(m.folder.root())) check_upstream(m, finished);   // no directory is made for a stage that cannot start
+  FolderLock lock(m.folder);
+  const std::optional<Lock> simulating = lock_simulation(m);
+  if (order.restart) require_alone(m, lock);
 
-  const auto document = [&] {
-    nlohmann::ordered_json run = run_document(m.folder, shot, order.threads);
-    base::write_text_atomically(m.folder.run(), run.dump(2) + "\n");
-    return run;
-  };
-  try {
-    make_frames(m, points, progress);
-    for (const Stage stage : {Stage::preview, Stage::render})
-      if (has(order, stage)) make_movie(m, stage);
-  } catch (const Interrupted&) {
-    document();
-    throw;
-  } catch (const base::Error& e) {
-    if (e.complaint().code != base::Exit::io) document();
-    throw;
-  }
-  nlohmann::ordered_json run = document();
+  const std::string again = made_again(m);
+  if (!order.restart)
+    for (const Stage stage : order.stages) finished.look(stage, m.frames());
+  check_upstream(m, finished);
+  const std::vector<std::int64_t> missing = missing_points(m, finished);
+  if (!missing.empty() && !order.restart) check_version(m);
+  PointsMaker points(shot, m.folder, m.hashes.simulate, missing, progress);
+  announce(m, again, finished, progress);
+  if (order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
+  write_shot(m, lock, !again.empty());
+  if (lock.alone()) lock.let_others_in();
+
+  nlohmann::ordered_json run = make_and_write(m, finished, points, progress);
   progress.line("done   " + result_of(m).string() + "   " + base::duration_text(watch.seconds()));
   return run;
 }

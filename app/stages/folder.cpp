@@ -1,18 +1,12 @@
 #include "app/stages/folder.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
-#include <optional>
 #include <regex>
 #include <system_error>
 
+#include "app/stages/lock.h"
 #include "base/error.h"
 
 namespace app {
@@ -44,7 +38,7 @@ constexpr std::array kSeries = {
     Series{Stage::render, "images", "beauty", ".exr"},     Series{Stage::render, "images", "beauty", ".png"},
     Series{Stage::preview, "preview", "preview", ".png"},
 };
-constexpr std::string_view kLedger = "ledger";
+constexpr std::string_view kLedger = "ledger", kCheckpoints = "checkpoint", kCheckpoint = "state";
 
 std::vector<std::int64_t> frames_in(const fs::path& folder, std::string_view stem, std::string_view extension) {
   std::vector<std::int64_t> frames;
@@ -61,25 +55,6 @@ void remove_one(const fs::path& file) {
   if (failure) base::throw_io(file.string(), failure.message());
 }
 
-// The descriptor of the locked file, or -1 when its former owner removed it meanwhile.
-int try_lock(const fs::path& file) {
-  const auto fail = [&] { base::throw_io(file.parent_path().string(), std::system_category().message(errno)); };
-  const int descriptor = ::open(file.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail();
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
-    struct stat status {};
-    if (::fstat(descriptor, &status) == 0 && status.st_nlink > 0) return descriptor;
-    ::close(descriptor);
-    return -1;
-  }
-  const bool busy = errno == EWOULDBLOCK;
-  if (!busy) fail();
-  char owner[32] = {};
-  [[maybe_unused]] const auto got = ::read(descriptor, owner, sizeof owner - 1);
-  ::close(descriptor);
-  base::throw_input(file.parent_path().string(), std::string("in use by process ") + owner);
-}
-
 }  // namespace
 
 std::string_view stage_name(Stage stage) {
@@ -87,12 +62,27 @@ std::string_view stage_name(Stage stage) {
   return names[static_cast<std::size_t>(stage)];
 }
 
+std::optional<Stage> stage_above(Stage stage, std::int64_t dimension) {
+  if (stage == Stage::simulate) return {};
+  return stage == Stage::render && dimension == 3 ? Stage::surface : Stage::simulate;
+}
+
+bool is_below(Stage stage, Stage upstream, std::int64_t dimension) {
+  for (auto above = stage_above(stage, dimension); above; above = stage_above(*above, dimension))
+    if (*above == upstream) return true;
+  return false;
+}
+
 fs::path Folder::points(std::int64_t frame) const { return root_ / "points" / numbered("points", frame, ".vdb"); }
 fs::path Folder::surface(std::int64_t frame) const { return root_ / "surface" / numbered("surface", frame, ".vdb"); }
 fs::path Folder::image(std::int64_t frame, std::string_view extension) const { return root_ / "images" / numbered("beauty", frame, extension); }
 fs::path Folder::preview(std::int64_t frame) const { return root_ / "preview" / numbered("preview", frame, ".png"); }
 fs::path Folder::record(Stage stage, std::int64_t frame) const { return root_ / kLedger / numbered(stage_name(stage), frame, ".json"); }
+fs::path Folder::checkpoint(std::int64_t frame) const { return root_ / kCheckpoints / numbered(kCheckpoint, frame, ".h5"); }
+fs::path Folder::lock_of(Stage stage, std::int64_t frame) const { return root_ / kLedger / numbered("." + std::string(stage_name(stage)), frame, ".lock"); }
 fs::path Folder::movie(Stage stage) const { return root_ / (stage == Stage::preview ? "preview.mp4" : "movie.mp4"); }
+
+fs::path Folder::movie_record(Stage stage) const { return root_ / kLedger / (movie(stage).stem().string() + ".json"); }
 
 std::vector<fs::path> Folder::outputs(Stage stage, std::int64_t frame) const {
   std::vector<fs::path> files;
@@ -103,9 +93,11 @@ std::vector<fs::path> Folder::outputs(Stage stage, std::int64_t frame) const {
 
 std::vector<std::int64_t> Folder::recorded_frames(Stage stage) const { return frames_in(root_ / kLedger, stage_name(stage), ".json"); }
 
+std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }
+
 void Folder::make_room_for(const fs::path& file) {
   std::error_code failure;
-  fs::create_directories(file.parent_path(), failure);
+  fs::create_directory(file.parent_path(), failure);   // one level: a run's directory that went away is not made again
   if (failure) base::throw_io(file.parent_path().string(), failure.message());
 }
 
@@ -116,37 +108,27 @@ void Folder::remove_files(Stage stage) const {
     for (const std::int64_t frame : frames_in(root_ / series.folder, series.stem, series.extension))
       remove_one(root_ / series.folder / numbered(series.stem, frame, series.extension));
   }
-  if (stage == Stage::render || stage == Stage::preview) remove_one(movie(stage));
+  if (stage == Stage::simulate)
+    for (const std::int64_t frame : checkpoints()) remove_one(checkpoint(frame));
+  if (stage != Stage::render && stage != Stage::preview) return;
+  remove_one(movie_record(stage));
+  remove_one(movie(stage));
 }
 
 void Folder::remove_leftovers() const {
-  static const std::regex temporary(R"(\.(shot|run|movie|preview|(points|surface|beauty|preview|simulate|render)\.[0-9]{4,9})\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)");
-  for (const fs::path& folder : {root_, root_ / "points", root_ / "surface", root_ / "images", root_ / "preview", root_ / kLedger}) {
+  static const std::regex left(R"(\.(shot|run|movie|preview|(points|surface|beauty|preview|simulate|render|state)\.[0-9]{4,9})\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)"
+                               R"(|\.(simulate|run|movie|(surface|render|preview)\.[0-9]{4,9})\.lock)");
+  std::vector<fs::path> folders = {root_, root_ / kLedger, root_ / kCheckpoints};
+  for (const Series& series : kSeries) folders.push_back(root_ / series.folder);
+  for (const fs::path& folder : folders) {
     std::error_code none;
     std::vector<fs::path> found;
     for (fs::directory_iterator entry(folder, none), end; !none && entry != end; entry.increment(none))
-      if (std::regex_match(entry->path().filename().string(), temporary)) found.push_back(entry->path());
-    for (const fs::path& file : found) fs::remove_all(file, none);
+      if (std::regex_match(entry->path().filename().string(), left)) found.push_back(entry->path());
+    for (const fs::path& file : found)
+      if (file.extension() == ".lock") Lock::try_take(file);   // which goes with its owner, and that is nobody any more
+      else fs::remove_all(file, none);
   }
-}
-
-FolderLock::FolderLock(const Folder& folder) : file_(folder.root() / ".lock") {
-  for (fs::path made = fs::absolute(folder.root()).lexically_normal(); made.has_relative_path() && !fs::exists(made); made = made.parent_path())
-    made_.push_back(made);
-  Folder::make_room_for(file_);
-  while (descriptor_ < 0) descriptor_ = try_lock(file_);
-  const std::string owner = std::to_string(::getpid());
-  if (::ftruncate(descriptor_, 0) == 0 && ::write(descriptor_, owner.data(), owner.size()) == static_cast<ssize_t>(owner.size())) return;
-  const std::string reason = std::system_category().message(errno);
-  ::close(descriptor_);
-  base::throw_io(file_.string(), reason);
-}
-
-FolderLock::~FolderLock() {
-  std::error_code none;
-  fs::remove(file_, none);
-  for (const fs::path& made : made_) fs::remove(made, none);   // goes only where nothing came of it: a run that failed leaves no trace
-  ::close(descriptor_);
 }
 
 }  // namespace app

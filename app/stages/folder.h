@@ -1,7 +1,8 @@
 #pragma once
-// The directory of one run, out/NAME: where each file lies, who works in it, and which files are the program's own.
+// The directory of one run, out/NAME: where each file lies, and which files are the program's own.
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,10 @@ namespace app {
 /// What leaves files of its own, in the order of the flow. A preview needs points only.
 enum class Stage { simulate, surface, render, preview };
 std::string_view stage_name(Stage);
+
+/// What a stage is made of; in a plane there is no surface and points are drawn.
+std::optional<Stage> stage_above(Stage, std::int64_t dimension);
+bool is_below(Stage, Stage upstream, std::int64_t dimension);
 
 /// Paths inside a run's directory. Names end in the frame's number, at least four digits.
 class Folder {
@@ -24,37 +29,34 @@ class Folder {
   std::filesystem::path surface(std::int64_t frame) const;
   std::filesystem::path image(std::int64_t frame, std::string_view extension) const;   // ".exr" | ".png"
   std::filesystem::path preview(std::int64_t frame) const;
+  std::filesystem::path checkpoint(std::int64_t frame) const;
   std::filesystem::path record(Stage, std::int64_t frame) const;                       // ledger/STAGE.0001.json
   std::filesystem::path movie(Stage) const;                                            // of render or preview
+  std::filesystem::path movie_record(Stage) const;
   /// What a frame of the stage consists of.
   std::vector<std::filesystem::path> outputs(Stage, std::int64_t frame) const;
   /// Frames of the stage that have a record, ascending.
   std::vector<std::int64_t> recorded_frames(Stage) const;
+  /// Frames that have a checkpoint, ascending.
+  std::vector<std::int64_t> checkpoints() const;
 
-  /// Makes the directory a file goes to; throws base::Error (exit 5).
+  /// Held while the directory is used, while a simulation works in it, while run.json or a movie is put together, while a stage makes
+  /// a frame (app/stages/lock.h).
+  std::filesystem::path lock() const { return root_ / ".lock"; }
+  std::filesystem::path lock_of_simulation() const { return root_ / ".simulate.lock"; }
+  std::filesystem::path lock_of_run() const { return root_ / ".run.lock"; }
+  std::filesystem::path lock_of_movie() const { return root_ / ".movie.lock"; }
+  std::filesystem::path lock_of(Stage, std::int64_t frame) const;
+
+  /// Makes the folder a file goes to, in a run's directory that is there; throws base::Error (exit 5).
   static void make_room_for(const std::filesystem::path& file);
   /// Removes the stage's files; whatever else lies in the directory stays.
   void remove_files(Stage) const;
-  /// Removes what a killed run left under temporary names.
+  /// Removes what killed runs left: temporary files and locks. Only for who is alone in the directory.
   void remove_leftovers() const;
 
  private:
   std::filesystem::path root_;
-};
-
-/// Held while a process works in a directory; a second one is turned away (exit 2, naming the first).
-/// Makes the directory, and takes it away again when nothing came of it; throws base::Error (exit 5) where it cannot be made.
-class FolderLock {
- public:
-  explicit FolderLock(const Folder&);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  std::filesystem::path file_;
-  std::vector<std::filesystem::path> made_;   // directories that were not there before, innermost first
-  int descriptor_ = -1;
 };
 
 }  // namespace app

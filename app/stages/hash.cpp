@@ -20,8 +20,9 @@ std::string hex16(std::uint64_t value) {
 StageHashes stage_hashes(const Shot& shot) {
   StageHashes hashes;
   hashes.simulate = hex16(fnv1a(stage_text(shot, "simulate")));
-  hashes.surface = hex16(fnv1a(hashes.simulate + '\n' + stage_text(shot, "surface")));
-  hashes.render = hex16(fnv1a(hashes.surface + '\n' + stage_text(shot, "render")));
+  const bool has_surface = shot.scene.options.dimension == 3;
+  if (has_surface) hashes.surface = hex16(fnv1a(hashes.simulate + '\n' + stage_text(shot, "surface")));
+  hashes.render = hex16(fnv1a((has_surface ? hashes.surface : hashes.simulate) + '\n' + stage_text(shot, "render")));
   return hashes;
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "app/shot/shot.h"
+#include "app/stages/folder.h"
 
 namespace app {
 
@@ -12,9 +13,12 @@ namespace app {
 std::uint64_t fnv1a(std::string_view bytes);
 std::string hex16(std::uint64_t);
 
-/// Of the keys that each stage reads, chained: a change upstream changes all below it.
+/// Of the keys that each stage reads (and the contents of the files they name, of which there are none yet), chained: a change
+/// upstream changes all below it. The program's version is no part of them: records name it, and who goes on compares it.
 struct StageHashes {
-  std::string simulate, surface, render;
+  std::string simulate, surface, render;   // no surface in two dimensions
+  /// A preview stands on the camera too.
+  const std::string& of(Stage stage) const { return stage == Stage::simulate ? simulate : stage == Stage::surface ? surface : render; }
 };
 StageHashes stage_hashes(const Shot&);
 

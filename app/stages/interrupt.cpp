@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <initializer_list>
-#include <string>
 
 namespace app {
 namespace {
@@ -13,8 +12,10 @@ void remember(int signal) { caught_signal = signal; }
 
 }  // namespace
 
-Interrupted::Interrupted(int signal)
-    : std::runtime_error("interrupted; what is finished is kept, and the same command goes on from there"), signal_(signal) {}
+Interrupted::Interrupted(int signal, const std::string& saved)
+    : std::runtime_error("interrupted; " + (saved.empty() ? "what is finished is kept" : "the simulation is saved in " + saved) +
+                         ", and the same command goes on from there"),
+      signal_(signal) {}
 
 void catch_signals() {
   struct sigaction action {};

@@ -2,13 +2,15 @@
 // SIGINT and SIGTERM: the work in hand is finished, then the program stops. A second signal ends it at once; files are
 // written under temporary names, so nothing half-written stays under a real one.
 #include <stdexcept>
+#include <string>
 
 namespace app {
 
 /// Thrown between files after a signal; main turns it into exit code 128 + signal (130 or 143).
 class Interrupted : public std::runtime_error {
  public:
-  explicit Interrupted(int signal);
+  /// `saved`: the checkpoint that holds the simulation, or empty.
+  explicit Interrupted(int signal, const std::string& saved = "");
   int signal() const { return signal_; }
 
  private:

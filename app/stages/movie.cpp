@@ -96,7 +96,8 @@ void run_program(std::vector<std::string> words, const fs::path& made) {
 void write_movie(const fs::path& movie, const std::vector<fs::path>& images, double fps, int threads) {
   const Sequence sequence(movie, images);
   base::write_atomically(movie, [&](const fs::path& temporary) {
-    run_program({"ffmpeg", "-nostdin", "-loglevel", "error", "-y", "-threads", std::to_string(threads), "-framerate", base::to_text(fps),
+    // -xerror: without it a movie that the disk had no room for is a success
+    run_program({"ffmpeg", "-nostdin", "-loglevel", "error", "-xerror", "-y", "-threads", std::to_string(threads), "-framerate", base::to_text(fps),
                  "-start_number", "0", "-i", sequence.pattern(), "-vf",
                  "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
                  "-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace", "bt709", "-color_range", "tv", "-movflags", "+faststart",

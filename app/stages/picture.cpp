@@ -38,6 +38,11 @@ std::string caption(const Shot& shot, const sim::Frame& frame) {
 PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes hashes, int threads)
     : shot_(shot), folder_(folder), hashes_(std::move(hashes)), threads_(threads) {}
 
+void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, double seconds) const {
+  write_record(folder_, shot_.scene.options.dimension, {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .version = {}, .source = {}, .files = {},
+                                                        .seconds = seconds, .peak_bytes = 0, .passes = ledger.passes(), .totals = {}});
+}
+
 double PictureMaker::surface(std::int64_t frame) {
   const Stopwatch watch;
   base::Ledger ledger;
@@ -47,36 +52,41 @@ double PictureMaker::surface(std::int64_t frame) {
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
   for (const sim::Collider& collider : shot_.scene.colliders) room.solids.push_back(collider.shape);
   surface::write_surface(file, points, shot_.surface, room, ledger);
-  write_record(folder_, {.stage = Stage::surface, .frame = frame, .hash = hashes_.surface, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
-                         .passes = ledger.passes(), .totals = {}});
+  record(Stage::surface, frame, ledger, watch.seconds());
   return watch.seconds();
+}
+
+render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
+  if (!tracer_) tracer_ = std::make_unique<render::PathTracer>(shot_.render, threads_);
+  return tracer_->trace(surface::read_surface(folder_.surface(frame), shot_.surface, ledger), frame, ledger);
+}
+
+render::Image PictureMaker::draw(std::int64_t frame) const {
+  const sim::Frame points = surface::read_points(folder_.points(frame));
+  return render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
 }
 
 double PictureMaker::render(std::int64_t frame) {
   const Stopwatch watch;
   base::Ledger ledger;
-  if (!tracer_) tracer_ = std::make_unique<render::PathTracer>(shot_.render, threads_);
-  const render::Image image = tracer_->trace(surface::read_surface(folder_.surface(frame), shot_.surface, ledger), frame, ledger);
+  const render::Image image = is_flat() ? draw(frame) : trace(frame, ledger);
   const render::Options& options = shot_.render.options;
   const render::Stamp stamp{.shot = shot_.name, .hash = hashes_.render, .version = kVersion, .frame = frame, .spp = options.spp,
                             .time = static_cast<double>(frame - 1) / shot_.fps};
   Folder::make_room_for(folder_.image(frame, ".exr"));
-  render::write_exr(folder_.image(frame, ".exr"), image, stamp, ledger);
-  render::write_png(folder_.image(frame, ".png"), image, options, /*display_referred=*/false, ledger);
-  write_record(folder_, {.stage = Stage::render, .frame = frame, .hash = hashes_.render, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
-                         .passes = ledger.passes(), .totals = {}});
+  render::write_exr(folder_.image(frame, ".exr"), is_flat() ? render::scene_linear(image) : image, stamp, ledger);
+  render::write_png(folder_.image(frame, ".png"), image, options, /*display_referred=*/is_flat(), ledger);
+  record(Stage::render, frame, ledger, watch.seconds());
   return watch.seconds();
 }
 
 double PictureMaker::preview(std::int64_t frame) {
   const Stopwatch watch;
   base::Ledger ledger;
-  const sim::Frame points = surface::read_points(folder_.points(frame));
-  const render::Image image = render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
+  const render::Image image = draw(frame);
   Folder::make_room_for(folder_.preview(frame));
   render::write_png(folder_.preview(frame), image, shot_.render.options, /*display_referred=*/true, ledger);
-  write_record(folder_, {.stage = Stage::preview, .frame = frame, .hash = hashes_.render, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
-                         .passes = ledger.passes(), .totals = {}});
+  record(Stage::preview, frame, ledger, watch.seconds());
   return watch.seconds();
 }
 

@@ -19,6 +19,12 @@ class PictureMaker {
   double preview(std::int64_t frame);
 
  private:
+  /// Path traced from the surface; in two dimensions the points are drawn.
+  render::Image trace(std::int64_t frame, base::Ledger&);
+  render::Image draw(std::int64_t frame) const;
+  bool is_flat() const { return shot_.scene.options.dimension == 2; }
+  void record(Stage, std::int64_t frame, const base::Ledger&, double seconds) const;
+
   const Shot& shot_;
   const Folder& folder_;
   StageHashes hashes_;

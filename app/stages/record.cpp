@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/stages/hash.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
+#include "base/checksum.h"
 #include "base/error.h"
 
 namespace app {
@@ -32,6 +32,13 @@ double finite(double value, std::string_view name) {
 Json array(const base::Vec3& v, std::string_view name) { return {finite(v.x(), name), finite(v.y(), name), finite(v.z(), name)}; }
 
 base::Vec3 vector(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
+
+// Counters that stand in the record alone.
+constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"pushed_out", &sim::Totals::pushed_out},
+                                                                            {"dropped_modes", &sim::Totals::dropped_modes},
+                                                                            {"limited_modes", &sim::Totals::limited_modes},
+                                                                            {"light_faces", &sim::Totals::light_faces},
+                                                                            {"pressure_iterations", &sim::Totals::pressure_iterations}};
 
 // The sums of a frame under the names of run.json.
 void put_totals(const sim::Totals& totals, Json& out) {
@@ -63,8 +70,7 @@ sim::Totals totals_from(const Json& json) {
   totals.max_speed = json.at("max_speed");
   totals.max_divergence = json.at("max_divergence");
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
-  totals.pushed_out = json.at("pushed_out");
-  totals.pressure_iterations = json.at("pressure_iterations");
+  for (const auto& [name, count] : kCounters) totals.*count = json.at(name);
   return totals;
 }
 
@@ -74,17 +80,22 @@ Json passes_json(const std::map<std::string, base::PassCost, std::less<>>& passe
   return out;
 }
 
+Json file_json(const Record::File& file) { return {{"name", file.name}, {"bytes", file.bytes}, {"checksum", file.checksum}}; }
+
+Record::File file_from(const Json& json) { return {json.at("name"), json.at("bytes"), json.at("checksum")}; }
+
 Json to_json(const Record& record) {
   Json out = {{"schema", 1}, {"stage", stage_name(record.stage)}, {"frame", record.frame}, {"hash", record.hash}, {"files", Json::array()}};
-  for (const Record::File& file : record.files) out["files"].push_back({{"name", file.name}, {"bytes", file.bytes}});
+  out["version"] = record.version;
+  if (record.source) out["source"] = file_json(*record.source);
+  for (const Record::File& file : record.files) out["files"].push_back(file_json(file));
   out["seconds"] = finite(record.seconds, "seconds");
   out["peak_bytes"] = record.peak_bytes;
   out["passes"] = passes_json(record.passes);
   if (!record.totals) return out;
   out["time"] = finite(record.totals->time, "time");
   put_totals(*record.totals, out);
-  out["pushed_out"] = record.totals->pushed_out;
-  out["pressure_iterations"] = record.totals->pressure_iterations;
+  for (const auto& [name, count] : kCounters) out[name] = record.totals.value().*count;
   return out;
 }
 
@@ -93,7 +104,9 @@ Record record_from(const Json& json, Stage stage) {
   record.stage = stage;
   record.frame = json.at("frame");
   record.hash = json.at("hash");
-  for (const Json& file : json.at("files")) record.files.push_back({file.at("name"), file.at("bytes")});
+  record.version = json.at("version");
+  if (json.contains("source")) record.source = file_from(json.at("source"));
+  for (const Json& file : json.at("files")) record.files.push_back(file_from(file));
   record.seconds = json.at("seconds");
   record.peak_bytes = json.at("peak_bytes");
   for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes")};
@@ -119,14 +132,22 @@ Json frame_entry(std::int64_t frame, double fps, const std::vector<Record>& reco
 
 }  // namespace
 
-void write_record(const Folder& folder, Record record) {
+std::optional<Record::File> measure(const Folder& folder, const fs::path& file) {
+  const auto sum = base::sum_of(file);
+  if (!sum) return {};
+  return Record::File{file.lexically_relative(folder.root()).generic_string(), sum->bytes, hex16(sum->checksum)};
+}
+
+void write_record(const Folder& folder, std::int64_t dimension, Record record) {
+  const auto measured = [&](const fs::path& file) {
+    std::optional<Record::File> is = measure(folder, file);
+    if (!is) base::throw_io(file.string(), "cannot be read back");
+    return *is;
+  };
+  record.version = kVersion;
   record.files.clear();
-  for (const fs::path& file : folder.outputs(record.stage, record.frame)) {
-    std::error_code failure;
-    const auto bytes = fs::file_size(file, failure);
-    if (failure) base::throw_io(file.string(), failure.message());
-    record.files.push_back({fs::relative(file, folder.root()).generic_string(), bytes});
-  }
+  for (const fs::path& file : folder.outputs(record.stage, record.frame)) record.files.push_back(measured(file));
+  if (const auto above = stage_above(record.stage, dimension)) record.source = measured(folder.outputs(*above, record.frame).front());
   record.peak_bytes = peak_memory();
   const fs::path path = folder.record(record.stage, record.frame);
   Folder::make_room_for(path);
@@ -144,9 +165,10 @@ std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_
   }
 }
 
-std::optional<Record> finished_record(const Folder& folder, Stage stage, std::int64_t frame, const std::string& hash) {
+std::optional<Record> finished_record(const Folder& folder, std::int64_t dimension, Stage stage, std::int64_t frame, const std::string& hash) {
   std::optional<Record> record = read_record(folder, stage, frame);
   if (!record || record->frame != frame || record->hash != hash) return {};
+  if (stage != Stage::simulate && record->version != kVersion) return {};
   const auto there = [&](const fs::path& output) {
     std::error_code failure;
     const auto bytes = fs::file_size(output, failure);
@@ -155,26 +177,39 @@ std::optional<Record> finished_record(const Folder& folder, Stage stage, std::in
   };
   const std::vector<fs::path> outputs = folder.outputs(stage, frame);
   if (!std::all_of(outputs.begin(), outputs.end(), there)) return {};
+  const auto above = stage_above(stage, dimension);
+  const auto upstream = above ? read_record(folder, *above, frame) : std::nullopt;   // a user may have removed it to save room
+  if (upstream && (!record->source || upstream->files.empty() || *record->source != upstream->files.front())) return {};
   return record;
+}
+
+std::vector<std::string> damaged_files(const Folder& folder, const Record& record) {
+  std::vector<std::string> damaged;
+  for (const Record::File& file : record.files)
+    if (measure(folder, folder.root() / file.name) != file) damaged.push_back(file.name);
+  return damaged;
 }
 
 Json run_document(const Folder& folder, const Shot& shot, int threads) {
   const StageHashes hashes = stage_hashes(shot);
   std::map<std::int64_t, std::vector<Record>> frames;
   std::int64_t peak_bytes = peak_memory();
-  const std::pair<Stage, std::string> stages[] = {{Stage::simulate, hashes.simulate}, {Stage::surface, hashes.surface}, {Stage::render, hashes.render}};
-  for (const auto& [stage, hash] : stages)
+  const std::int64_t dimension = shot.scene.options.dimension;
+  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
     for (const std::int64_t frame : folder.recorded_frames(stage))
-      if (auto record = finished_record(folder, stage, frame, hash)) {
+      if (auto record = finished_record(folder, dimension, stage, frame, hashes.of(stage))) {
         peak_bytes = std::max(peak_bytes, record->peak_bytes);
         frames[frame].push_back(std::move(*record));
       }
 
+  Json stages = {{"simulate", hashes.simulate}};
+  if (!hashes.surface.empty()) stages["surface"] = hashes.surface;
+  stages["render"] = hashes.render;
   Json program = {{"version", kVersion}};
   if (*kCommit) program["commit"] = kCommit;
   Json out = {{"schema", 1},
               {"shot", shot.name},
-              {"hashes", {{"simulate", hashes.simulate}, {"surface", hashes.surface}, {"render", hashes.render}}},
+              {"hashes", stages},
               {"program", program},
               {"threads", threads},
               {"isa", "avx2"},

@@ -19,10 +19,14 @@ struct Record {
   struct File {
     std::string name;          // relative to the run's directory
     std::uint64_t bytes = 0;
+    std::string checksum;      // base/checksum.h, 16 hexadecimal digits
+    bool operator==(const File&) const = default;
   };
   Stage stage = Stage::simulate;
   std::int64_t frame = 1;
   std::string hash;            // of the shot's keys that the stage reads
+  std::string version;         // of the program
+  std::optional<File> source;  // upstream: what it was made from
   std::vector<File> files;
   double seconds = 0;          // wall clock
   std::int64_t peak_bytes = 0; // resident memory of the process so far
@@ -30,10 +34,16 @@ struct Record {
   std::optional<sim::Totals> totals;   // simulate only
 };
 
-/// Measures the frame's files and memory, and writes the record.
-void write_record(const Folder&, Record);
-/// The record, if the frame is finished: made from keys with this hash, and every file there with the size it had.
-std::optional<Record> finished_record(const Folder&, Stage, std::int64_t frame, const std::string& hash);
+/// A file of the run as it is now; empty when it cannot be read.
+std::optional<Record::File> measure(const Folder&, const std::filesystem::path& file);
+
+/// Measures the frame's files, what they were made from, and memory, and writes the record.
+void write_record(const Folder&, std::int64_t dimension, Record);
+/// The record, if the frame is finished: made from keys with this hash, by this program (a simulation: by any) and from what is
+/// upstream now, and every file there with the size it had.
+std::optional<Record> finished_record(const Folder&, std::int64_t dimension, Stage, std::int64_t frame, const std::string& hash);
+/// Names of the record's files that have other bytes than it says, read to the last.
+std::vector<std::string> damaged_files(const Folder&, const Record&);
 /// The record as it stands, finished or not; empty when there is none that can be read.
 std::optional<Record> read_record(const Folder&, Stage, std::int64_t frame);
 

@@ -1,5 +1,6 @@
 #include "app/stages/simulate.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -12,34 +13,61 @@
 
 namespace app {
 
-PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::int64_t last, bool anew) : folder_(folder), hash_(std::move(hash)) {
-  for (std::int64_t frame = 1; frame <= last && !simulation_; ++frame)
-    if (anew || !finished_record(folder, Stage::simulate, frame, hash_)) simulation_ = sim::make_simulation(shot.scene, shot.fps);
+PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::vector<std::int64_t> missing, base::Progress& progress)
+    : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)), checkpoints_(folder, hash_, shot.checkpoint_keep, progress) {
+  if (!missing_.empty()) simulation_ = sim::make_simulation(shot.scene, shot.fps);
 }
 
+bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_search(missing_.begin(), missing_.end(), frame); }
+
 double PointsMaker::make(std::int64_t frame) {
-  assert(simulation_ && "no frame is missing");
+  assert(is_missing(frame) && reached_.frame <= frame);
   const Stopwatch watch;
   base::Ledger ledger;
-  if (frame > 1 && !simulation_->advance(ledger, signal_came)) stop_if_signalled();
-  const sim::Totals totals = simulation_->totals();
-  if (const auto kept = finished_record(folder_, Stage::simulate, frame, hash_)) {
-    check_repeats(frame, kept->totals->state_hash);
-    return watch.seconds();
+  if (auto state = checkpoints_.restore(*simulation_, reached_.frame, frame)) reached_ = std::move(*state);
+  while (reached_.frame < frame) {
+    ledger.clear();
+    advance(ledger);
+    check_repeats();
   }
+  const sim::Totals totals = simulation_->totals();
   const std::filesystem::path points = folder_.points(frame);
   Folder::make_room_for(points);
   surface::write_points(points, simulation_->frame(), ledger);
-  write_record(folder_, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .files = {}, .seconds = watch.seconds(), .peak_bytes = 0,
-                         .passes = ledger.passes(), .totals = totals});
+  if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(reached_, ledger);
+  write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},
+                                                        .seconds = watch.seconds(), .peak_bytes = 0, .passes = ledger.passes(), .totals = totals});
+  checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }
 
-// Points of another machine or program version must not be mixed with new ones.
-void PointsMaker::check_repeats(std::int64_t frame, std::uint64_t state_hash) const {
-  if (state_hash == simulation_->totals().state_hash) return;
+void PointsMaker::advance(base::Ledger& ledger) {
+  try {
+    if (!simulation_->advance(ledger, signal_came)) stop_if_signalled();
+  } catch (const base::Error& e) {
+    if (e.complaint().code != base::Exit::unstable) throw;
+    base::Complaint complaint = e.complaint();
+    const std::filesystem::path saved = save();
+    if (!saved.empty()) complaint.hint += (complaint.hint.empty() ? "" : "; ") + std::string("the last good state is in ") + saved.string();
+    throw base::Error(std::move(complaint));
+  }
+  reached_ = simulation_->state();
+}
+
+std::filesystem::path PointsMaker::save() const {
+  if (reached_.frame == 1) return {};
+  base::Ledger unused;
+  if (!checkpoints_.has(reached_.frame)) checkpoints_.write(reached_, unused);
+  checkpoints_.prune();
+  return folder_.checkpoint(reached_.frame);
+}
+
+// Points of another machine or program must not be mixed with new ones.
+void PointsMaker::check_repeats() const {
+  const auto kept = read_record(folder_, Stage::simulate, reached_.frame);
+  if (!kept || kept->hash != hash_ || kept->totals->state_hash == simulation_->totals().state_hash) return;
   throw base::Error({.code = base::Exit::resume_refused,
-                     .file = folder_.points(frame).string(),
+                     .file = folder_.points(reached_.frame).string(),
                      .hint = "--restart or another --out goes on",
                      .message = "simulated again, the state differs from the one this file was made from"});
 }

@@ -3,30 +3,39 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/shot/shot.h"
+#include "app/stages/checkpoints.h"
 #include "app/stages/folder.h"
 #include "sim/simulation.h"
 
 namespace app {
 
-/// Brings a run's directory to have the points of frames 1, 2, ... Frames that are finished are kept; a missing one makes the
-/// simulation start at frame 1, and what it recomputes must be what is there.
+/// Makes the points that are missing in a run's directory, going on from the nearest checkpoint before each gap, or from frame 1.
+/// What is computed again on the way must be what is there.
 class PointsMaker {
  public:
-  /// Seeds the scene when any frame of 1 ... `last` is missing, or all are wanted `anew`; throws base::Error for a scene that
-  /// cannot be simulated.
-  PointsMaker(const Shot&, const Folder&, std::string hash, std::int64_t last, bool anew);
-  bool has_work() const { return simulation_ != nullptr; }
-  /// Frames come in ascending order from 1, and only when there is work. Returns the seconds spent.
+  /// Seeds the scene when any frame is missing; `missing` in ascending order. Throws base::Error for a scene that cannot be simulated.
+  PointsMaker(const Shot&, const Folder&, std::string hash, std::vector<std::int64_t> missing, base::Progress&);
+  bool is_missing(std::int64_t frame) const;
+  /// Missing frames in ascending order. Returns the seconds spent.
   double make(std::int64_t frame);
+  /// Saves the latest frame that was reached, if none of the checkpoints holds it; returns the file, or an empty path when nothing
+  /// but the start was reached.
+  std::filesystem::path save() const;
 
  private:
-  void check_repeats(std::int64_t frame, std::uint64_t state_hash) const;
+  void advance(base::Ledger&);
+  void check_repeats() const;
 
+  const Shot& shot_;
   const Folder& folder_;
   std::string hash_;
+  std::vector<std::int64_t> missing_;
+  Checkpoints checkpoints_;
   std::unique_ptr<sim::Simulation> simulation_;
+  sim::State reached_;   // a whole frame: an interrupted simulation stands between two
 };
 
 }  // namespace app

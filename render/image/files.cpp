@@ -86,6 +86,7 @@ void write_exr(const std::filesystem::path& path, const Image& image, const Stam
   for (const std::string& channel : image.channels) spec.channelformats.push_back(is_color(channel) ? OIIO::TypeHalf : OIIO::TypeFloat);
   spec.attribute("compression", "zip");
   spec.attribute("oiio:ColorSpace", "Linear");
+  spec.attribute("DateTime", "1970:01:01 00:00:00");   // else the library puts the time of day, and the same picture has other bytes
   spec.attribute("polypic:frame", static_cast<int>(stamp.frame));
   spec.attribute("polypic:time", static_cast<float>(stamp.time));
   spec.attribute("polypic:shot", stamp.shot);

@@ -1,0 +1,38 @@
+#pragma once
+// The checkpoints of a run's simulation: checkpoint/state.0010.h5, the last few kept. One that is not good is put aside under
+// another name, never deleted, and the one before is taken.
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/stages/folder.h"
+#include "base/ledger.h"
+#include "base/progress.h"
+#include "sim/simulation.h"
+
+namespace app {
+
+class Checkpoints {
+ public:
+  /// `hash`: of the keys the simulation reads. `keep`: how many stay.
+  Checkpoints(const Folder&, std::string hash, std::int64_t keep, base::Progress&);
+  void write(const sim::State&, base::Ledger&) const;
+  /// Removes all but the latest.
+  void prune() const;
+  /// Takes `simulation` to the latest frame in `above` < frame < `below` that has a good checkpoint: whole, of these keys and this
+  /// program, fitting the scene, with the state that the frame's record tells of. Returns its state; empty when there is none.
+  std::optional<sim::State> restore(sim::Simulation&, std::int64_t above, std::int64_t below) const;
+  bool has(std::int64_t frame) const;
+
+ private:
+  sim::State restore_one(sim::Simulation&, std::int64_t frame) const;
+  void put_aside(std::int64_t frame, const std::string& why) const;
+
+  const Folder& folder_;
+  std::string hash_;
+  std::int64_t keep_;
+  base::Progress& progress_;
+};
+
+}  // namespace app
