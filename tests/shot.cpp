@@ -247,6 +247,59 @@ TEST_F(Shot, ChangesOnlyTheTextOfTheStagesThatReadAKey) {
   EXPECT_EQ(stages_changed_by("sim.seed=1"), "") << "a key set to its default changes nothing";
 }
 
+const std::string kFlat = R"([sim]
+dimension = 2
+domain = [[0, 0], [2, 1]]
+cell = 0.1
+[[body]]
+name = "column"
+shape = { box = [[0, 0], [0.5, 1]] }
+)";
+
+TEST_F(Shot, OfTwoDimensionsHasVectorsOfTwo) {
+  const app::Shot shot = read(kFlat + R"(velocity = [1, -2]
+[[body]]
+name = "ball"
+shape.sphere = { center = [1, 0.5], radius = 0.2 }
+[[collider]]
+name = "post"
+shape = { box = [[1.5, 0], [1.6, 0.5]] }
+[[effect]]
+kind = "gravity"
+[shot]
+up = "y"
+[render]
+width = 320
+)");
+  EXPECT_EQ(shot.scene.options.dimension, 2);
+  EXPECT_EQ(shot.render.dimension, 2);
+  EXPECT_EQ(shot.scene.options.domain.upper, base::Vec3(2, 1, 0));
+  EXPECT_EQ(shot.render.domain.upper, base::Vec3(2, 1, 0));
+  EXPECT_EQ(shot.scene.options.particles_per_cell, 4);
+  EXPECT_EQ(shot.scene.bodies[0].velocity, base::Vec3(1, -2, 0));
+  EXPECT_EQ(shot.scene.bodies[0].shape.box->upper, base::Vec3(0.5, 1, 0));
+  EXPECT_EQ(shot.scene.bodies[1].shape.sphere->center, base::Vec3(1, 0.5, 0));
+  EXPECT_EQ(shot.scene.effects.at(0).acceleration, base::Vec3(0, -9.81, 0));
+  EXPECT_EQ(shot.render.options.width, 320);
+  EXPECT_EQ(shot.render.colliders.size(), 1u);
+  EXPECT_EQ(read("[sim]\ndimension = 2\n[[body]]\nshape.box = [[0, 0], [1, 1]]\n").scene.options.domain.upper, base::Vec3(1, 1, 0));
+}
+
+TEST_F(Shot, OfTwoDimensionsResolvesToTextThatReadsAsTheSameShot) {
+  for (const std::string quality : {"draft", "normal"}) {
+    const app::Shot shot = read(kFlat + "velocity = [1, 0]\n[[effect]]\nacceleration = [0, -1]\n", {"sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"}"}, quality);
+    const app::Shot again = read(shot.resolved);
+    EXPECT_EQ(again.resolved, shot.resolved);
+    EXPECT_EQ(again.scene.options.domain.upper, base::Vec3(2, 1, 0));
+    EXPECT_EQ(again.scene.options.boundary, shot.scene.options.boundary);
+    EXPECT_TRUE(again.scene.options.periodic(0) && !again.scene.options.periodic(1));
+    EXPECT_EQ(again.scene.effects.at(0).acceleration, base::Vec3(0, -1, 0));
+    for (const std::string stage : {"simulate", "surface", "render"}) EXPECT_EQ(app::stage_text(again, stage), app::stage_text(shot, stage));
+    EXPECT_NE(app::stage_text(shot, "simulate").find("domain = [[0, 0], [2, 1]]"), std::string::npos) << app::stage_text(shot, "simulate");
+    EXPECT_EQ(app::stage_text(shot, "surface"), "");
+  }
+}
+
 TEST_F(Shot, GivesAnExampleThatReads) {
   const std::string example = app::example_shot();
   for (const std::string quality : {"draft", "normal"}) {
