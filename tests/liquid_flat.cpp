@@ -166,6 +166,8 @@ TEST(FlatLiquid, GoesOnFromItsStateToTheSameBits) {
     rest->restore(whole->state());
     for (int f = 0; f < 3; ++f) whole->advance(ledger, {}), rest->advance(ledger, {});
     EXPECT_EQ(whole->totals().state_hash, rest->totals().state_hash);
+    EXPECT_EQ(whole->frame().number, rest->frame().number);
+    EXPECT_EQ(rest->totals().time, 6 / 24.0);
     EXPECT_EQ(whole->totals().limited_modes, rest->totals().limited_modes);
     Scene other = scene;
     other.options.kernel = Kernel::linear, other.options.carry = Carry::fixed;

@@ -99,6 +99,7 @@ std::vector<Decay> decay(const Scheme& scheme, int k, const std::vector<double>&
       step.gather(rule, particles, ledger);
       t += kStep;
     }
+    EXPECT_LT(step.counts().max_divergence, 1e-6);
     found.push_back({squares(step.velocity(), zero, lattice) / whole, std::sqrt(squares(step.velocity(), start, lattice) / whole)});
   }
   return found;
