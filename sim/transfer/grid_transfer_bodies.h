@@ -1,11 +1,11 @@
-#include "sim/transfer/grid_transfer.h"
-
+#pragma once
+// The bodies of GridTransfer's members, for the two files that instantiate them: a layout each, because they take long to compile.
+#include <algorithm>
 #include <cassert>
 
 #include "base/parallel.h"
 #include "sim/transfer/carry.h"
-#include "sim/transfer/mac_transfer.h"
-#include "sim/transfer/node_transfer.h"
+#include "sim/transfer/grid_transfer.h"
 
 namespace sim {
 namespace {
@@ -353,14 +353,5 @@ auto GridTransfer<Layout>::sums(const Grid& grid, double particle_mass, double h
   }
   return s;
 }
-
-template class GridTransfer<FaceLayout<2, float>>;
-template class GridTransfer<FaceLayout<3, float>>;
-template class GridTransfer<FaceLayout<2, double>>;
-template class GridTransfer<FaceLayout<3, double>>;
-template class GridTransfer<NodeLayout<2, float>>;
-template class GridTransfer<NodeLayout<3, float>>;
-template class GridTransfer<NodeLayout<2, double>>;
-template class GridTransfer<NodeLayout<3, double>>;
 
 }  // namespace sim
