@@ -155,6 +155,20 @@ TEST(BruteForce, InterpolatesWhereTheFitIsSingular) {
   }
 }
 
+// Beside a light node g is small there and its weight too: the expanded polynomial would cancel, the factorised one keeps its digits.
+TEST(BruteForce, GKeepsItsDigitsBesideLightNodes) {
+  for (const float from_edge : {1e-1f, 1e-2f, 1e-3f, 1e-4f, 1e-5f, 1e-6f})
+    for (const float t : {from_edge, 1 - from_edge}) {
+      const QuadraticBasis<float> b(0, t, true);
+      QuadraticBasis<long double> exact(0, (long double)(b.x) + 0.5L, true);
+      ASSERT_EQ(exact.x, b.x);
+      for (int i = 0; i < 3; ++i) {
+        ASSERT_NE(exact.phi[2][i], 0);
+        EXPECT_NEAR(double(b.phi[2][i] / exact.phi[2][i]), 1, 1e-6) << "t = " << t;   // some ulps of float
+      }
+    }
+}
+
 /// Masses and momenta of every place, a loop over particles and nodes; images of periodic sides are one place.
 template <class Layout>
 void expect_scatters_the_sum(Layout, Kernel kernel, const Lattice<Layout::kDimension>& lattice) {
