@@ -1,6 +1,5 @@
 // What `info` says of files of other programs, and of damaged ones.
 #include <openvdb/openvdb.h>
-#include <openvdb/points/PointConversion.h>
 #include <sys/resource.h>
 
 #include <cmath>
@@ -95,21 +94,6 @@ TEST_F(Info, KnowsGridsOfOtherPrograms) {
   EXPECT_EQ(named["huge"].at("class"), "fog volume");
   EXPECT_FALSE(named["broken"].contains("max"));
   EXPECT_EQ(info("foreign.vdb").at("kind"), "volume");
-}
-
-TEST_F(Info, KnowsPointsWithoutIds) {
-  const std::vector<openvdb::Vec3f> places = {{0, 0, 0}, {1, 2, 3}, {-1, 0, 5}};
-  const auto transform = openvdb::math::Transform::createLinearTransform(0.5);
-  const auto points = openvdb::points::createPointDataGrid<openvdb::points::NullCodec, openvdb::points::PointDataGrid>(places, *transform);
-  points->setName("cloud");
-  write_grids("cloud.vdb", {points});
-  const Json out = info("cloud.vdb");
-  EXPECT_EQ(out.at("kind"), "points");
-  EXPECT_EQ(out.at("points").at("count"), 3);
-  EXPECT_EQ(out.at("points").at("attributes").at(0), "P vec3s");
-  const Outcome refused = run({"diff", "cloud.vdb", "cloud.vdb"});   // by what would they be paired
-  EXPECT_EQ(refused.exit, 2);
-  EXPECT_EQ(refused.complaints(), 1);
 }
 
 TEST_F(Info, KnowsShotsMoviesAndCheckpoints) {
