@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/parallel.h"
 #include "render/raster/canvas.h"
 #include "render/raster/closing.h"
 #include "render/raster/colors.h"
@@ -76,17 +77,22 @@ class Samples {
   void paint_ground(std::int64_t gap, std::vector<std::uint8_t>& rgba) const {
     std::vector<Ground> grounds(rgba.size() / 4);
     std::vector<std::uint8_t> liquid(rgba.size() / 4);
-    for (std::size_t i = 0; i < liquid.size(); ++i) {
-      grounds[i] = ground(static_cast<std::int64_t>(i) % width_, static_cast<std::int64_t>(i) / width_);
-      liquid[i] = rgba[4 * i + 3] != 0 || grounds[i] != Ground::open;
-    }
+    constexpr std::size_t kChunk = 65536;
+    base::parallel_chunks(liquid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        grounds[i] = ground(static_cast<std::int64_t>(i) % width_, static_cast<std::int64_t>(i) / width_);
+        liquid[i] = rgba[4 * i + 3] != 0 || grounds[i] != Ground::open;
+      }
+    });
     raster::erode(liquid, width_, gap);
-    for (std::size_t i = 0; i < liquid.size(); ++i) {
-      rgba[4 * i + 3] = 255;
-      if (grounds[i] == Ground::open && liquid[i]) continue;
-      const Vec3f& color = grounds[i] == Ground::page ? kPage : grounds[i] == Ground::solid ? kSolid : kAir;
-      for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = static_cast<std::uint8_t>(255 * color[static_cast<int>(c)] + 0.5f);
-    }
+    base::parallel_chunks(liquid.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        rgba[4 * i + 3] = 255;
+        if (grounds[i] == Ground::open && liquid[i]) continue;
+        const Vec3f& color = grounds[i] == Ground::page ? kPage : grounds[i] == Ground::solid ? kSolid : kAir;
+        for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = static_cast<std::uint8_t>(255 * color[static_cast<int>(c)] + 0.5f);
+      }
+    });
   }
 
   const Setting& setting_;
