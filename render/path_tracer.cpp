@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 #include "render/render.h"
@@ -58,6 +59,8 @@ std::int64_t bytes_of(const surface::Mesh& mesh) {
   return static_cast<std::int64_t>(mesh.position.size() * 2 * sizeof(Vec3f) + mesh.quads.size() * sizeof(mesh.quads[0]));
 }
 
+std::int64_t bytes_of(const Grains& grains) { return static_cast<std::int64_t>(grains.position.size() * (2 * sizeof(Vec3f) + sizeof(grains.id[0]))); }
+
 /// What all samples of a frame share.
 struct Shot {
   const trace::Camera& camera;
@@ -67,6 +70,10 @@ struct Shot {
 };
 
 }  // namespace
+
+Grains grains_of(sim::Frame frame) {
+  return {.position = std::move(frame.position), .velocity = std::move(frame.velocity), .id = std::move(frame.id), .body = {}, .radius = frame.pscale};
+}
 
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
@@ -176,12 +183,14 @@ void finish(Image& image) {
 PathTracer::PathTracer(const Setting& setting, int threads) : impl_(std::make_unique<Impl>(setting, threads)) {}
 PathTracer::~PathTracer() = default;
 
-Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Ledger& ledger) {
+Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Ledger& ledger) { return trace(mesh, {}, frame, ledger); }
+
+Image PathTracer::trace(const surface::Mesh& mesh, const Grains& grains, std::int64_t frame, base::Ledger& ledger) {
   Impl& m = *impl_;
   const trace::Camera camera(m.setting, frame);
   {
-    const auto pass = ledger.pass("bvh", bytes_of(mesh));
-    m.geometry.set_liquid(mesh, camera.exposure());
+    const auto pass = ledger.pass("bvh", bytes_of(mesh) + bytes_of(grains));
+    m.arena.execute([&] { m.geometry.set_frame(mesh, grains, camera.exposure()); });
   }
   Image image{.width = m.options.width, .height = m.options.height, .channels = kChannels, .pixels = {}};
   image.pixels.resize(static_cast<std::size_t>(image.width * image.height) * kChannels.size());

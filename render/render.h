@@ -13,6 +13,7 @@
 #include "base/ledger.h"
 #include "base/params.h"
 #include "base/vec.h"
+#include "sim/frame.h"
 #include "sim/scene.h"
 #include "surface/surface.h"
 
@@ -31,6 +32,9 @@ struct Look {
   double coat = 1.5;                                        // [1] index of refraction of the coat: coated, translucent
   double depth = 0.002;                                     // [m] translucent: mean free path
   double intensity = 1;                                     // [1] emissive
+  std::string draw = "surface";                             // "surface": what the surface stage made of the body | "grains": every particle a ball
+  double grain_size = 1;                                    // [1] of a grain, in particle radii
+  double grain_variation = 0.25;                            // [1] share by which grains are lighter or darker than color
   void params(base::Params&);
 };
 /// Looks by name, in one table; "ground" is the floor's. The shot's [look.NAME] tables change or add.
@@ -109,6 +113,7 @@ struct Setting {
   std::map<std::string, Look> looks = shipped_looks();
   std::vector<sim::Collider> colliders;                     // drawn with their looks
   std::string liquid_look = "water";
+  std::vector<std::string> body_looks;                      // of grains, by their body; bodies beyond have liquid_look
   double fps = 24;                                          // [1/s]
   base::Box domain;                                         // its floor is the ground
   std::filesystem::path folder;                             // of the shot: where its files are
@@ -117,12 +122,26 @@ struct Setting {
   std::vector<std::filesystem::path> files() const;
   /// Visits [render], [camera], [[light]] and [look.NAME].
   void params(base::Params&);
+  /// What trace() needs of a frame: a mesh where some body is drawn as a surface, grains where some body is drawn as grains.
+  bool draws_surface() const;
+  bool draws_grains() const;
 };
+
+/// Particles drawn as they are: balls with the look of their body, each a little lighter or darker by its id. All arrays have the
+/// same length; `body` may be empty: all belong to the first.
+struct Grains {
+  std::vector<base::Vec3f> position, velocity;              // [m], [m/s]
+  std::vector<std::int64_t> id;
+  std::vector<std::uint16_t> body;                          // number of the shot's body, from 0
+  double radius = 0;                                        // [m]
+};
+/// All particles of a frame.
+Grains grains_of(sim::Frame);
 
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
 /// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
-/// ground, 2 the liquid, then the colliders) samples. The preview gives R G B A as displayed.
+/// ground, 2 the liquid, then the colliders, then the bodies drawn as grains) samples. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
@@ -147,6 +166,8 @@ class PathTracer {
   /// Same bits for any number of threads. Passes bvh and trace go to `ledger`. No sample is clamped; one that is not finite
   /// throws base::Error (exit 1) naming the pixel.
   Image trace(const surface::Mesh&, std::int64_t frame, base::Ledger&);
+  /// With particles among it. 10 million take 1.5 GB.
+  Image trace(const surface::Mesh&, const Grains&, std::int64_t frame, base::Ledger&);
 
  private:
   struct Impl;

@@ -110,6 +110,21 @@ void Options::params(base::Params& p) {
   p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
 }
 
+namespace {
+
+bool draws(const Setting& setting, const std::string& as) {
+  const auto drawn = [&](const std::string& name) {
+    const auto look = setting.looks.find(name);
+    return look != setting.looks.end() && look->second.draw == as;
+  };
+  return drawn(setting.liquid_look) || std::any_of(setting.body_looks.begin(), setting.body_looks.end(), drawn);
+}
+
+}  // namespace
+
+bool Setting::draws_surface() const { return draws(*this, "surface"); }
+bool Setting::draws_grains() const { return draws(*this, "grains"); }
+
 void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
   if (p.vector_size() == 2) {

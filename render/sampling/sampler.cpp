@@ -5,15 +5,6 @@
 namespace render::sampling {
 namespace {
 
-/// A bijection of 64 bits without visible structure [Stafford11, variant 13].
-std::uint64_t mix(std::uint64_t v) {
-  v ^= v >> 31;
-  v *= 0x7fb5d329728ea185ull;
-  v ^= v >> 27;
-  v *= 0x81dadef4bc2dd44dull;
-  return v ^ (v >> 33);
-}
-
 std::uint32_t reverse_bits(std::uint32_t v) {
   v = __builtin_bswap32(v);
   v = ((v & 0x0f0f0f0fu) << 4) | ((v >> 4) & 0x0f0f0f0fu);
@@ -51,6 +42,14 @@ std::uint64_t spread_bits(std::uint64_t v) {
 float fraction(std::uint32_t reversed) { return static_cast<float>(reverse_bits(reversed) >> 8) * 0x1p-24f; }
 
 }  // namespace
+
+std::uint64_t mix(std::uint64_t v) {
+  v ^= v >> 31;
+  v *= 0x7fb5d329728ea185ull;
+  v ^= v >> 27;
+  v *= 0x81dadef4bc2dd44dull;
+  return v ^ (v >> 33);
+}
 
 Sequence::Sequence(std::int64_t spp, std::int64_t frame)
     : sample_bits(std::bit_width(static_cast<std::uint64_t>(spp - 1))), seed(mix(static_cast<std::uint64_t>(frame))) {}

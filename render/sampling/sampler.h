@@ -11,6 +11,9 @@ struct Point {
   float x, y;  // within [0, 1)
 };
 
+/// A bijection of 64 bits without visible structure [Stafford11, variant 13].
+std::uint64_t mix(std::uint64_t);
+
 /// What all pixels of a frame share.
 struct Sequence {
   Sequence(std::int64_t spp, std::int64_t frame);

@@ -11,6 +11,8 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/parallel.h"
+#include "render/sampling/sampler.h"
 #include "render/trace/optics.h"
 
 namespace render::trace {
@@ -57,11 +59,16 @@ RTCGeometry sphere_geometry(RTCDevice device, const sim::Shape::Sphere& sphere) 
   return geometry;
 }
 
+/// Whether time steps are needed.
+bool moves_in(const Exposure& exposure, const std::vector<Vec3f>& velocity) {
+  return exposure.half > 0 && std::any_of(velocity.begin(), velocity.end(), [](const Vec3f& v) { return !v.isZero(0); });
+}
+
 /// Rows of a mesh's vertices are read sixteen bytes at a time, so Embree's padded copies are used.
 RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh, const Exposure& exposure) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
   assert(mesh.velocity.size() == mesh.position.size() && "a mesh has a velocity at each vertex");
-  const bool moves = exposure.half > 0 && std::any_of(mesh.velocity.begin(), mesh.velocity.end(), [](const Vec3f& v) { return !v.isZero(0); });
+  const bool moves = moves_in(exposure, mesh.velocity);
   rtcSetGeometryTimeStepCount(geometry, moves ? 2 : 1);
   for (unsigned step = 0; step < (moves ? 2 : 1); ++step) {
     const float later = moves ? (step == 0 ? -exposure.half : exposure.half) : 0;  // [s]
@@ -72,6 +79,29 @@ RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh, const Exp
     }
   }
   std::copy(mesh.quads.begin(), mesh.quads.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, mesh.quads.size()));
+  return geometry;
+}
+
+constexpr std::size_t kGrainsATask = 1 << 15;
+constexpr int kBuilders = 8;  // slots for threads that build a hierarchy over grains
+
+/// Balls at the places of `chosen` grains.
+RTCGeometry grains_geometry(RTCDevice device, const Grains& grains, const std::vector<std::uint32_t>& chosen, float radius, const Exposure& exposure) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  const bool moves = moves_in(exposure, grains.velocity);
+  rtcSetGeometryTimeStepCount(geometry, moves ? 2 : 1);
+  for (unsigned step = 0; step < (moves ? 2 : 1); ++step) {
+    const float later = moves ? (step == 0 ? -exposure.half : exposure.half) : 0;  // [s]
+    auto* vertices = buffer<std::array<float, 4>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, chosen.size(), step);
+    base::parallel_chunks(chosen.size(), kGrainsATask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t k = chosen[i];
+        const Vec3f p = moves ? exposure.moved(grains.position[k], grains.velocity[k], later) : grains.position[k];
+        if (!p.allFinite() || !grains.velocity[k].allFinite()) fail("grain " + std::to_string(grains.id[k]) + " has no finite position and velocity");
+        vertices[i] = {p.x(), p.y(), p.z(), radius};
+      }
+    });
+  }
   return geometry;
 }
 
@@ -111,7 +141,13 @@ Vec3f Exposure::moved(const Vec3f& point, const Vec3f& velocity, float later) co
 }
 
 struct Geometry::Impl {
-  explicit Impl(const std::vector<Surface>& list, int threads) : device(threads), surfaces(list), scene(rtcNewScene(device.handle)) {}
+  /// The grains of one body.
+  struct Cloud {
+    std::vector<std::uint32_t> index;  // in the frame's arrays
+    std::vector<std::uint8_t> shade;   // hash of the id
+  };
+
+  explicit Impl(const std::vector<Surface>& list, int count) : device(count), threads(count), surfaces(list), clouds(list.size()), scene(rtcNewScene(device.handle)) {}
   ~Impl() { rtcReleaseScene(scene); }
 
   /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
@@ -123,17 +159,24 @@ struct Geometry::Impl {
       for (std::size_t axis = 0; axis < 3; ++axis) n[static_cast<int>(axis)] += share[k] * static_cast<float>(corner[k][axis]);
     return n / std::max(1.0f, n.norm());  // corners that cancel have no direction: 0
   }
-  void attach(RTCGeometry geometry, unsigned number, bool dielectric);
+  void attach(RTCGeometry geometry, unsigned number);
+  void set_mesh(const surface::Mesh&, const Exposure&);
+  void set_grains(const Grains&, const Exposure&);
+  void build(int slots);
+  Vec3f tint(std::uint32_t surface, std::uint32_t grain) const;
   static void pass_through(const RTCFilterFunctionNArguments*);
   struct ShadowRay;
 
   Device device;
+  int threads;
   std::vector<Surface> surfaces;
   std::vector<CornerNormals> normals;  // a liquid quad's
   std::vector<Vec3f> velocities;       // [m/s] a liquid vertex's
   std::vector<std::array<std::uint32_t, 4>> quads;
+  const Grains* grains = nullptr;
+  std::vector<Cloud> clouds;           // by surface
   RTCScene scene;
-  bool has_liquid = false;
+  std::vector<unsigned> of_frame;      // surfaces that the next frame replaces
   Vec3f lower = Vec3f::Zero(), upper = Vec3f::Zero();  // bounds of all
 
   /// Whether the ray passes the bounds of all: most rays from the open ground do not, and need no traversal.
@@ -154,9 +197,9 @@ struct Geometry::Impl::ShadowRay {
   Crossings* crossings = nullptr;  // set: dielectrics let it pass
 };
 
-void Geometry::Impl::attach(RTCGeometry geometry, unsigned number, bool dielectric) {
+void Geometry::Impl::attach(RTCGeometry geometry, unsigned number) {
   rtcSetGeometryUserData(geometry, this);
-  if (dielectric) rtcSetGeometryOccludedFilterFunction(geometry, &Impl::pass_through);
+  if (surfaces[number].material.dielectric) rtcSetGeometryOccludedFilterFunction(geometry, &Impl::pass_through);
   rtcCommitGeometry(geometry);
   rtcAttachGeometryByID(scene, geometry, number);
   rtcReleaseGeometry(geometry);
@@ -179,32 +222,74 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
   for (std::size_t i = 1; i < surfaces.size(); ++i) {
     const sim::Shape& shape = surfaces[i].shape;
     if (!shape.box && !shape.sphere) continue;
-    m.attach(shape.box ? box_geometry(m.device.handle, *shape.box) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i),
-             surfaces[i].material.dielectric);
+    m.attach(shape.box ? box_geometry(m.device.handle, *shape.box) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i));
   }
   m.device.check("solids");
 }
 
 Geometry::~Geometry() = default;
 
-void Geometry::set_liquid(const surface::Mesh& mesh, const Exposure& exposure) {
-  Impl& m = *impl_;
-  if (m.has_liquid) rtcDetachGeometry(m.scene, 0);
-  m.has_liquid = !mesh.quads.empty();
-  m.normals = corner_normals(mesh);
-  m.velocities = mesh.velocity;
-  m.quads = mesh.quads;
-  if (m.has_liquid) m.attach(mesh_geometry(m.device.handle, mesh, exposure), 0, m.surfaces[0].material.dielectric);
-  tbb::task_arena alone(1);
-  alone.execute([&] { rtcJoinCommitScene(m.scene); });
-  m.device.check("hierarchy");
+void Geometry::Impl::set_mesh(const surface::Mesh& mesh, const Exposure& exposure) {
+  normals = corner_normals(mesh);
+  velocities = mesh.velocity;
+  quads = mesh.quads;
+  if (quads.empty()) return;
+  attach(mesh_geometry(device.handle, mesh, exposure), 0);
+  of_frame.push_back(0);
+}
+
+void Geometry::Impl::set_grains(const Grains& given, const Exposure& exposure) {
+  grains = &given;
+  const auto first = static_cast<std::size_t>(std::find_if(surfaces.begin(), surfaces.end(), [](const Surface& s) { return s.grains.has_value(); }) - surfaces.begin());
+  for (std::size_t number = first; number < surfaces.size(); ++number) clouds[number] = {};
+  const std::size_t count = given.position.size();
+  if (count == 0) return;
+  if (count > std::numeric_limits<std::uint32_t>::max()) fail(std::to_string(count) + " grains are too many");
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t body = given.body.empty() ? 0 : given.body[i];
+    clouds[std::min(first + body, surfaces.size() - 1)].index.push_back(static_cast<std::uint32_t>(i));
+  }
+  for (std::size_t number = first; number < surfaces.size(); ++number) {
+    Cloud& cloud = clouds[number];
+    if (cloud.index.empty()) continue;
+    cloud.shade.resize(cloud.index.size());
+    base::parallel_chunks(cloud.index.size(), kGrainsATask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) cloud.shade[i] = static_cast<std::uint8_t>(sampling::mix(static_cast<std::uint64_t>(given.id[cloud.index[i]])));
+    });
+    const float radius = static_cast<float>(given.radius) * surfaces[number].grains->size;
+    attach(grains_geometry(device.handle, given, cloud.index, radius, exposure), static_cast<unsigned>(number));
+    of_frame.push_back(static_cast<unsigned>(number));
+  }
+}
+
+/// Lighter or darker by the grain's hash, but never more light than fell on it.
+Vec3f Geometry::Impl::tint(std::uint32_t surface, std::uint32_t grain) const {
+  const Surface& s = surfaces[surface];
+  const float shade = 1 + s.grains->variation * (static_cast<float>(clouds[surface].shade[grain]) / 127.5f - 1);
+  return Vec3f::Constant(std::min(shade, 1 / std::max(1e-6f, s.material.color.maxCoeff())));
+}
+
+/// Slots that no worker may take are reserved: Embree cuts its work by slots, so the hierarchy is the same for any number of threads.
+void Geometry::Impl::build(int slots) {
+  tbb::task_arena builders(slots, static_cast<unsigned>(std::max(1, slots - (threads - 1))));
+  builders.execute([&] { rtcJoinCommitScene(scene); });
+  device.check("hierarchy");
   RTCBounds b;
-  rtcGetSceneBounds(m.scene, &b);
-  m.lower = Vec3f(b.lower_x, b.lower_y, b.lower_z);
-  m.upper = Vec3f(b.upper_x, b.upper_y, b.upper_z);
-  const Vec3f margin = Vec3f::Constant(1e-4f * (m.upper - m.lower).cwiseAbs().maxCoeff());  // more than round-off, and than an empty room's infinities
-  m.lower -= margin;
-  m.upper += margin;
+  rtcGetSceneBounds(scene, &b);
+  lower = Vec3f(b.lower_x, b.lower_y, b.lower_z);
+  upper = Vec3f(b.upper_x, b.upper_y, b.upper_z);
+  const Vec3f margin = Vec3f::Constant(1e-4f * (upper - lower).cwiseAbs().maxCoeff());  // more than round-off, and than an empty room's infinities
+  lower -= margin;
+  upper += margin;
+}
+
+void Geometry::set_frame(const surface::Mesh& mesh, const Grains& grains, const Exposure& exposure) {
+  Impl& m = *impl_;
+  for (const unsigned number : m.of_frame) rtcDetachGeometry(m.scene, number);
+  m.of_frame.clear();
+  m.set_mesh(mesh, exposure);
+  m.set_grains(grains, exposure);
+  m.build(grains.position.empty() ? 1 : kBuilders);
 }
 
 bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) const {
@@ -226,6 +311,7 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
     const Vec3f smooth = m.smooth_normal(query.hit.primID, query.hit.u, query.hit.v);
     if (smooth.dot(result.geometric) > 0) result.shading = smooth;
   }
+  if (m.surfaces[query.hit.geomID].grains) result.tint = m.tint(query.hit.geomID, query.hit.primID);
   result.surface = static_cast<int>(query.hit.geomID);
   result.primitive = query.hit.primID;
   result.u = query.hit.u;
@@ -235,7 +321,9 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
 
 Vec3f Geometry::velocity(const Hit& hit) const {
   const Impl& m = *impl_;
-  if (hit.surface != 0) return Vec3f::Zero();
+  const auto surface = static_cast<std::size_t>(hit.surface);
+  if (m.surfaces[surface].grains) return m.grains->velocity[m.clouds[surface].index[hit.primitive]];
+  if (surface != 0) return Vec3f::Zero();
   const std::array<float, 4> share = corner_shares(hit.u, hit.v);
   Vec3f v = Vec3f::Zero();
   for (std::size_t k = 0; k < 4; ++k) v += share[k] * m.velocities[m.quads[hit.primitive][k]];

@@ -2,9 +2,11 @@
 // Everything that rays meet except the ground, in a bounding volume hierarchy: the liquid and the solid colliders. Metres, world.
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/vec.h"
+#include "render/render.h"
 #include "render/trace/material.h"
 #include "sim/scene.h"
 #include "surface/surface.h"
@@ -16,10 +18,17 @@ struct Ray {
   float time = 0.5f;        // [1] from 0, when the shutter opens, to 1, when it closes; every ray of a path has that of its camera ray
 };
 
-/// Surfaces are numbered: the liquid is 0, collider i is i + 1.
+/// How the grains of a body differ from balls of its material.
+struct GrainStyle {
+  float size = 1;       // [1] in radii of the cloud
+  float variation = 0;  // [1] of brightness, to each side
+};
+
+/// Surfaces are numbered: the liquid is 0, collider i is i + 1, then come the bodies of grains.
 struct Surface {
   Material material;
-  sim::Shape shape = {};  // not of the liquid
+  sim::Shape shape = {};                // of a collider
+  std::optional<GrainStyle> grains = {};
 };
 
 struct Hit {
@@ -57,9 +66,10 @@ class Geometry {
   Geometry(const std::vector<Surface>&, int threads);
   ~Geometry();
 
-  /// Replaces the liquid and builds the hierarchy, always by one thread: so its order, and with it which of two quads wins at their
-  /// common edge, does not depend on the number of threads.
-  void set_liquid(const surface::Mesh&, const Exposure& = {});
+  /// Replaces the liquid and the grains (which must outlive all queries) and builds the hierarchy. Its order decides which of two
+  /// quads wins at their common edge, and follows from the number of slots for building threads: one for a mesh alone, a fixed
+  /// number with grains, however many threads there are to fill them.
+  void set_frame(const surface::Mesh&, const Grains&, const Exposure&);
 
   /// Nearest hit before `far`. `primary`: neighbouring calls have similar rays.
   bool intersect(const Ray&, float far, bool primary, Hit&) const;

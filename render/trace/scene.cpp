@@ -124,6 +124,12 @@ Scene make_scene(const Setting& setting) {
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
   for (const sim::Collider& c : setting.colliders)
     scene.surfaces.push_back({.material = material_of(setting, c.look, "collider." + c.name + ".look"), .shape = c.shape});
+  for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) {
+    const std::string& name = body < setting.body_looks.size() ? setting.body_looks[body] : setting.liquid_look;
+    const Material material = material_of(setting, name, "body.look");
+    const Look& look = setting.looks.at(name);
+    scene.surfaces.push_back({.material = material, .grains = GrainStyle{static_cast<float>(look.grain_size), static_cast<float>(look.grain_variation)}});
+  }
   rank_media(scene);
   tabulate_rough_boundaries(scene);
   scene.lights = make_lights(setting.lights.empty() ? default_lights(setting.domain) : setting.lights, setting.folder);
