@@ -1,0 +1,218 @@
+// What rays meet: grains and set pieces at known places.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "base/error.h"
+#include "tests/render_scenes.h"
+
+namespace {
+
+using namespace tests;
+
+std::size_t index_of(const render::Image& image, const char* name) {
+  return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) - image.channels.begin());
+}
+double channel(const render::Image& image, const char* name, std::int64_t x, std::int64_t y) {
+  return image.pixels[static_cast<std::size_t>(y * image.width + x) * image.channels.size() + index_of(image, name)];
+}
+
+/// Seen from 5 m in front; 100 pixels a metre at y = 0. Black floor, grains of plain white.
+render::Setting stage() {
+  render::Setting setting = empty_setting();
+  setting.options.width = 160;
+  setting.options.height = 100;
+  setting.options.spp = 32;
+  setting.options.bounces = 1;
+  setting.liquid_look = "white";
+  setting.looks["white"] = {.color = Vec3::Ones(), .draw = "grains", .grain_variation = 0};
+  setting.looks["ground"].color = Vec3::Zero();
+  setting.camera = {.position = Vec3(0, -5, 0.5), .target = Vec3(0, 0, 0.5), .fov = 2 * std::atan(0.1) * 180 / std::numbers::pi, .shutter = 0};
+  return setting;
+}
+
+render::Grains one_grain(const Vec3f& at, double radius, const Vec3f& velocity = Vec3f::Zero()) {
+  return {.position = {at}, .velocity = {velocity}, .id = {7}, .body = {}, .radius = radius};
+}
+
+/// A heap of overlapping grains, a third of them twice in the same place with two ids: rays meet both at the same distance.
+render::Grains doubled_heap() {
+  render::Grains grains{.position = {}, .velocity = {}, .id = {}, .body = {}, .radius = 0.03};
+  const auto add = [&](const Vec3f& p) {
+    grains.position.push_back(p);
+    grains.velocity.push_back(Vec3f(p.y(), -p.x(), 0.5f));
+    grains.id.push_back(static_cast<std::int64_t>(grains.id.size()));
+  };
+  for (int i = 0; i < 30000; ++i) {
+    const Vec3f p(std::sin(static_cast<float>(i) * 1.7f) * 0.6f, std::sin(static_cast<float>(i) * 2.3f) * 0.4f, 0.4f + 0.35f * std::sin(static_cast<float>(i) * 0.37f));
+    add(p);
+    if (i % 3 == 0) add(p);
+  }
+  return grains;
+}
+
+render::Image traced(const render::Setting& setting, const render::Grains& grains, int threads = 2, const surface::Mesh& mesh = {}) {
+  base::Ledger ledger;
+  return render::PathTracer(setting, threads).trace(mesh, grains, 1, ledger);
+}
+
+struct Spot {
+  double mass = 0, x = 0, y = 0, variance = 0;  // [pixels], variance along x
+};
+Spot coverage(const render::Image& image) {
+  Spot s;
+  for (std::int64_t y = 0; y < image.height; ++y)
+    for (std::int64_t x = 0; x < image.width; ++x) {
+      const double w = channel(image, "albedo.R", x, y), at = static_cast<double>(x) + 0.5;
+      s.mass += w;
+      s.x += w * at;
+      s.y += w * (static_cast<double>(y) + 0.5);
+      s.variance += w * at * at;
+    }
+  s.x /= s.mass;
+  s.y /= s.mass;
+  s.variance = s.variance / s.mass - s.x * s.x;
+  return s;
+}
+
+}  // namespace
+
+// A ball of radius r at distance d is the disc of radius r / sqrt(1 - r^2 / d^2) there.
+TEST(Grains, AreBallsInTheirPlaces) {
+  const double r = 0.2;
+  const Spot seen = coverage(traced(stage(), one_grain(Vec3f(0.3f, 0, 0.7f), r)));
+  EXPECT_NEAR(seen.x, 80 + 30, 0.15);   // perspective shifts a ball outwards by r^2 / d^2
+  EXPECT_NEAR(seen.y, 50 - 20, 0.15);
+  EXPECT_NEAR(seen.mass, std::numbers::pi * r * r * 1e4, 0.01 * std::numbers::pi * r * r * 1e4);
+  render::Setting larger = stage();
+  larger.looks["white"].grain_size = 1.5;
+  EXPECT_NEAR(coverage(traced(larger, one_grain(Vec3f(0.3f, 0, 0.7f), r))).mass / seen.mass, 2.25, 0.03);
+}
+
+TEST(Grains, BlurByTheirVelocity) {
+  render::Setting setting = stage();
+  setting.options.spp = 128;
+  const render::Grains grain = one_grain(Vec3f(0, 0, 0.5f), 0.1, Vec3f(12, 0, 0));
+  const Spot frozen = coverage(traced(setting, grain));
+  setting.camera.shutter = 0.5;
+  const render::Image image = traced(setting, grain);
+  const Spot blurred = coverage(image);
+  const double length = 12 * 0.5 / 24 * 100;
+  EXPECT_NEAR(blurred.x, frozen.x, 0.1);
+  EXPECT_NEAR(blurred.mass, frozen.mass, 0.03 * frozen.mass);   // noise
+  EXPECT_NEAR(blurred.variance - frozen.variance, length * length / 12, 0.03 * length * length / 12);
+}
+
+// Twelve metres a second are 50 pixels a frame.
+TEST(Grains, SayHowTheyMoveAndWhatTheyAre) {
+  const render::Image image = traced(stage(), one_grain(Vec3f(0, 0, 0.5f), 0.1, Vec3f(12, 0, -6)));
+  EXPECT_NEAR(channel(image, "motion.X", 80, 50), 50 * 5 / 4.9, 0.1);
+  EXPECT_NEAR(channel(image, "motion.Y", 80, 50), -25 * 5 / 4.9, 0.1);
+  EXPECT_EQ(channel(image, "id", 80, 50), 3);   // sky, ground, liquid, then the grains
+}
+
+TEST(Grains, AreShadedByTheirIdAlone) {
+  render::Setting setting = stage();
+  setting.looks["white"].color = Vec3(0.5, 0.4, 0.3);
+  setting.looks["white"].grain_variation = 0.4;
+  render::Grains grains{.position = {}, .velocity = {}, .id = {}, .body = {}, .radius = 0.03};
+  for (int i = 0; i < 64; ++i) {
+    grains.position.push_back(Vec3f(-0.7f + 0.2f * static_cast<float>(i % 8), 0, 0.1f + 0.1f * static_cast<float>(i / 8)));
+    grains.velocity.push_back(Vec3f::Zero());
+    grains.id.push_back(1000 + i);
+  }
+  const render::Image image = traced(setting, grains);
+  double sum = 0, square = 0;
+  for (std::int64_t i = 0; i < 64; ++i) {
+    const double shade = channel(image, "albedo.R", 10 + 20 * (i % 8), 90 - 10 * (i / 8)) / 0.5;
+    EXPECT_NEAR(shade, 1, 0.4001);
+    EXPECT_NEAR(channel(image, "albedo.B", 10 + 20 * (i % 8), 90 - 10 * (i / 8)) / 0.3, shade, 1e-5);
+    sum += shade / 64;
+    square += shade * shade / 64;
+  }
+  EXPECT_NEAR(sum, 1, 0.1);
+  EXPECT_NEAR(std::sqrt(square - sum * sum), 0.4 / std::sqrt(3), 0.05);   // even between both ends
+  std::reverse(grains.position.begin(), grains.position.end());
+  std::reverse(grains.id.begin(), grains.id.end());
+  EXPECT_EQ(traced(setting, grains).pixels, image.pixels);
+}
+
+// The lightest of white grains is white: none reflects more than falls on it.
+TEST(Grains, NeverShineByTheirShade) {
+  render::Setting setting = stage();
+  setting.looks["white"].grain_variation = 1;
+  const render::Image image = traced(setting, doubled_heap());
+  const std::size_t albedo = index_of(image, "albedo.R");
+  float most = 0;
+  for (std::size_t i = albedo; i < image.pixels.size(); i += image.channels.size()) most = std::max(most, image.pixels[i]);
+  EXPECT_GT(most, 0.9f);
+  EXPECT_LE(most, 1.00001f);
+}
+
+TEST(Grains, HaveTheLookOfTheirBody) {
+  render::Setting setting = stage();
+  setting.body_looks = {"white", "red"};
+  setting.looks["red"] = {.color = Vec3(1, 0, 0), .draw = "grains", .grain_variation = 0};
+  render::Grains grains{.position = {Vec3f(-0.3f, 0, 0.5f), Vec3f(0.3f, 0, 0.5f)}, .velocity = {Vec3f::Zero(), Vec3f(24, 0, 0)}, .id = {0, 1}, .body = {1, 0}, .radius = 0.1};
+  const render::Image image = traced(setting, grains);
+  EXPECT_EQ(channel(image, "albedo.G", 50, 50), 0);
+  EXPECT_EQ(channel(image, "albedo.R", 50, 50), 1);
+  EXPECT_EQ(channel(image, "albedo.G", 110, 50), 1);
+  EXPECT_EQ(channel(image, "motion.X", 50, 50), 0) << "the velocity of the other grain";
+  EXPECT_GT(channel(image, "motion.X", 110, 50), 90);
+  EXPECT_EQ(channel(image, "id", 50, 50) - channel(image, "id", 110, 50), 1);
+}
+
+TEST(Grains, GiveTheSameBitsForAnyNumberOfThreadsEvenWhereTwoAreOne) {
+  render::Setting setting = stage();
+  setting.looks["white"] = {.color = Vec3(0.5, 0.5, 0.5), .draw = "grains", .grain_variation = 1};
+  setting.options.spp = 2;
+  setting.options.bounces = 4;
+  setting.camera.shutter = 0.5;
+  setting.lights = {};
+  const render::Grains heap = doubled_heap();
+  const render::Image one = traced(setting, heap, 1);
+  for (const int threads : {2, 4, 2}) EXPECT_EQ(traced(setting, heap, threads).pixels, one.pixels) << threads;
+}
+
+TEST(Grains, StandBesideAMeshFrameAfterFrame) {
+  render::Setting setting = stage();
+  setting.body_looks = {"sand"};
+  setting.liquid_look = "water";
+  setting.lights = {};
+  setting.options.spp = 2;
+  setting.options.bounces = 8;
+  const surface::Mesh mesh = sphere_mesh(Vec3(-0.3, 0, 0.5), 0.2);
+  const render::Grains grain = one_grain(Vec3f(0.3f, 0, 0.5f), 0.2);
+  base::Ledger ledger;
+  render::PathTracer tracer(setting, 2);
+  tracer.trace({}, doubled_heap(), 1, ledger);
+  tracer.trace(mesh, 1, ledger);
+  const render::Image both = tracer.trace(mesh, grain, 1, ledger);
+  EXPECT_EQ(both.pixels, traced(setting, grain, 2, mesh).pixels);
+  EXPECT_EQ(channel(both, "id", 50, 50), 2);
+  EXPECT_EQ(channel(both, "id", 110, 50), 3);
+}
+
+TEST(Grains, AreAskedForByTheLookOfABody) {
+  render::Setting setting = stage();
+  EXPECT_TRUE(setting.draws_grains());
+  EXPECT_FALSE(setting.draws_surface());
+  setting.body_looks = {"water"};
+  EXPECT_TRUE(setting.draws_grains() && setting.draws_surface());
+  setting.liquid_look = "water";
+  EXPECT_FALSE(setting.draws_grains());
+}
+
+TEST(Grains, AreRefusedWhenNotFinite) {
+  render::Grains heap = doubled_heap();
+  heap.velocity[20000].y() = std::nanf("");
+  try {
+    traced(stage(), heap);
+    FAIL() << "a picture of NaN";
+  } catch (const base::Error& e) {
+    EXPECT_EQ(e.complaint().code, base::Exit::fault);
+    EXPECT_NE(std::string(e.what()).find("grain 20000 has no finite position and velocity"), std::string::npos) << e.what();
+  }
+}
