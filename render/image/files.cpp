@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 #include "base/atomic_file.h"
 #include "base/error.h"
@@ -56,7 +57,39 @@ std::string reason_of(const std::string& message) {
   return message.empty() ? "cannot be read" : message.substr(0, message.find('\n'));
 }
 
+/// CRC-32 of ISO 3309, as PNG has it.
+std::uint32_t crc32(std::string_view bytes) {
+  std::uint32_t crc = 0xffffffffu;
+  for (const char byte : bytes) {
+    crc ^= static_cast<unsigned char>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (crc & 1u ? 0xedb88320u : 0u);
+  }
+  return ~crc;
+}
+
+/// Every chunk of a PNG has a checksum; damage is found here, because libpng prints lines of its own about it.
+void check_png(const std::filesystem::path& path) {
+  constexpr std::string_view kMark = "\x89PNG\r\n\x1a\n";
+  const std::string bytes = base::read_file(path);
+  const std::string_view file = bytes;
+  if (!file.starts_with(kMark)) base::throw_input(path.string(), file.empty() ? "the file is empty" : "not a PNG file");
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(file[at + i]);
+    return value;
+  };
+  for (std::size_t at = kMark.size(); at + 12 <= file.size();) {   // length, name, data, checksum
+    const std::size_t length = number(at);
+    if (length > file.size() - at - 12) break;
+    if (crc32(file.substr(at + 4, length + 4)) != number(at + 8 + length)) base::throw_input(path.string(), "the file is damaged (a checksum does not match)");
+    if (file.substr(at + 4, 4) == "IEND") return;
+    at += 12 + length;
+  }
+  base::throw_input(path.string(), "the file is cut short or damaged");
+}
+
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
+  if (path.extension() == ".png") check_png(path);
   auto in = OIIO::ImageInput::open(path.string());
   if (!in) base::throw_input(path.string(), reason_of(OIIO::geterror()));
   return in;
@@ -69,7 +102,10 @@ std::size_t checked_values(const std::filesystem::path& path, const OIIO::ImageS
   const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   if (pixels > kMost / static_cast<std::uint64_t>(spec.nchannels))
     base::throw_input(path.string(), "too large: " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " with " + std::to_string(spec.nchannels) + " channels");
-  return pixels * static_cast<std::uint64_t>(spec.nchannels);
+  const std::uint64_t values = pixels * static_cast<std::uint64_t>(spec.nchannels);
+  std::error_code none;
+  if (values / 4096 > std::filesystem::file_size(path, none)) base::throw_input(path.string(), "the file is too short for its " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels");
+  return values;   // no compression makes less than a byte of 4096 values
 }
 
 std::size_t channel_index(const Image& image, const char* name) {
