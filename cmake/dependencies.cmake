@@ -20,6 +20,7 @@ if(NOT POLYPIC_SANITIZE)
   find_package(OpenVDB 10.0 MODULE REQUIRED COMPONENTS openvdb)
   set(CMAKE_MODULE_PATH ${saved_module_path})     # that folder also holds FindTBB, FindOpenEXR and FindBlosc
   find_package(embree 3.13 CONFIG REQUIRED)
+  find_package(assimp 5.2 CONFIG REQUIRED)
   find_package(OpenImageIO 2.4 CONFIG REQUIRED)
   set_target_properties(OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util
     PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")  # the exported path /usr/include/opencv4 does not exist

@@ -40,6 +40,16 @@ struct Look {
 /// Looks by name, in one table; "ground" is the floor's. The shot's [look.NAME] tables change or add.
 std::map<std::string, Look> shipped_looks();
 
+/// [[set]]: geometry from a file that is drawn and nothing else: the simulation does not meet it.
+struct SetPiece {
+  std::string name;
+  std::filesystem::path file;                               // OBJ, PLY or STL; z is up
+  double scale = 1;                                         // [m] of one of the file's units
+  base::Vec3 translate = base::Vec3::Zero();                // [m] after scaling
+  std::string look = "plaster";
+  void params(base::Params&);
+};
+
 /// [[camera.key]]: the camera at one frame. Each quantity runs smoothly through the keys that name it, and rests before the first
 /// and after the last of them.
 struct CameraKey {
@@ -112,6 +122,7 @@ struct Setting {
   std::vector<Light> lights;                                // none: a default sky and area light
   std::map<std::string, Look> looks = shipped_looks();
   std::vector<sim::Collider> colliders;                     // drawn with their looks
+  std::vector<SetPiece> sets;
   std::string liquid_look = "water";
   std::vector<std::string> body_looks;                      // of grains, by their body; bodies beyond have liquid_look
   double fps = 24;                                          // [1/s]
@@ -141,7 +152,7 @@ Grains grains_of(sim::Frame);
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
 /// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
-/// ground, 2 the liquid, then the colliders, then the bodies drawn as grains) samples. The preview gives R G B A as displayed.
+/// ground, 2 the liquid, then the colliders, the set, the bodies drawn as grains) samples. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
@@ -160,7 +171,7 @@ struct Stamp {
 /// A scene that stays: colliders, lights and ground are built once, the liquid's mesh frame by frame.
 class PathTracer {
  public:
-  /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there, or a light a picture that cannot be read.
+  /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there, or a light or a set piece a file that cannot be read.
   PathTracer(const Setting&, int threads);
   ~PathTracer();
   /// Same bits for any number of threads. Passes bvh and trace go to `ledger`. No sample is clamped; one that is not finite

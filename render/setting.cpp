@@ -39,6 +39,19 @@ void Turntable::params(base::Params& p) {
   p("frames", frames, "1", "frames that they take; the film repeats after that", base::above(0));
 }
 
+void SetPiece::params(base::Params& p) {
+  p("name", name, "unique name, used by --set set.NAME.key");
+  std::string path = file.string();
+  p.table("mesh", "what it is", [&](base::Params& q) {
+    q("file", path, "OBJ, PLY or STL, z up; relative to the shot");
+    q("scale", scale, "m", "length of one of the file's units", base::above(0));
+    q("translate", translate, "m", "where the file's origin is");
+  });
+  file = path;
+  p.require(!path.empty(), "mesh", "needs a file");
+  p("look", look, "look of the piece in pictures");
+}
+
 void Camera::params(base::Params& p) {
   p("position", position, "m", "where the camera stands", "far enough from the target to see the whole domain");
   p("target", target, "m", "what it looks at", "the middle of the domain");
@@ -128,11 +141,12 @@ bool Setting::draws_grains() const { return draws(*this, "grains"); }
 void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
   if (p.vector_size() == 2) {
-    for (const auto table : {"camera", "light", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view");
+    for (const auto table : {"camera", "light", "set", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view");
     return;
   }
   p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });
   p.list("light", lights, "lights; none means a soft sky and one area light");
+  p.list("set", sets, "geometry from files that is drawn, but not met by the simulation");
   p.named("look", looks, "how surfaces look");
 }
 

@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <numbers>
 
+#include "base/atomic_file.h"
 #include "base/error.h"
+#include "render/files/mesh.h"
 #include "tests/render_scenes.h"
+#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -215,4 +219,102 @@ TEST(Grains, AreRefusedWhenNotFinite) {
     EXPECT_EQ(e.complaint().code, base::Exit::fault);
     EXPECT_NE(std::string(e.what()).find("grain 20000 has no finite position and velocity"), std::string::npos) << e.what();
   }
+}
+
+namespace {
+
+/// Files of a folder that goes away, and what reading them says.
+class SetMesh : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::filesystem::path file(const std::string& name, const std::string& content) {
+    base::write_atomically(folder_.path() / name, [&](const std::filesystem::path& path) { std::ofstream(path, std::ios::binary) << content; });
+    return folder_.path() / name;
+  }
+  void expect_refused(const std::string& name, const std::string& content, const std::string& words) {
+    const std::filesystem::path path = file(name, content);
+    try {
+      render::files::read_mesh(path);
+      ADD_FAILURE() << name << " is read: " << words;
+    } catch (const base::Error& e) {
+      EXPECT_EQ(e.complaint().code, base::Exit::user);
+      EXPECT_TRUE(std::string(e.what()).starts_with(path.string() + ": ")) << e.what();
+      EXPECT_NE(std::string(e.what()).find(words), std::string::npos) << e.what();
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+    }
+  }
+};
+
+const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3 4\n";
+const std::string kPly = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                         "end_header\n0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n";
+const std::string kStl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+
+/// One facet in STL's binary form, said to be `count`.
+std::string binary_stl(std::uint32_t count, float x = 1) {
+  std::string bytes(80, ' ');
+  const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  add(count);
+  for (const float v : {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, x, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f}) add(v);
+  add(std::uint16_t{0});
+  return bytes;
+}
+
+double area(const render::files::Triangles& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles)
+    sum += 0.5 * static_cast<double>((mesh.position[t[1]] - mesh.position[t[0]]).cross(mesh.position[t[2]] - mesh.position[t[0]]).norm());
+  return sum;
+}
+
+}  // namespace
+
+TEST_F(SetMesh, IsReadFromEachKindOfFile) {
+  EXPECT_EQ(area(render::files::read_mesh(file("a.obj", kSquare))), 1);
+  EXPECT_EQ(area(render::files::read_mesh(file("a.ply", kPly))), 0.5);
+  EXPECT_EQ(area(render::files::read_mesh(file("a.STL", kStl))), 0.5);
+  EXPECT_EQ(area(render::files::read_mesh(file("b.stl", binary_stl(1)))), 0.5);
+}
+
+// Three triangles at one edge: no closed surface, and no fault.
+TEST_F(SetMesh, NeedNotBeManifold) {
+  const auto mesh = render::files::read_mesh(file("fan.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"));
+  EXPECT_EQ(mesh.triangles.size(), 3u);
+  EXPECT_EQ(area(mesh), 1.5);
+}
+
+TEST_F(SetMesh, SaysWhatIsWrongWithAFile) {
+  expect_refused("a.fbx", kSquare, "must end in .obj, .ply or .stl");
+  expect_refused("empty.obj", "", "cannot be read as a mesh");
+  expect_refused("empty.ply", "", "has no PLY header");
+  expect_refused("empty.stl", "", "cannot be read as a mesh");
+  expect_refused("none.obj", "v 0 0 0\nv 1 0 0\n", "");
+  expect_refused("picture.obj", "\x89PNG\r\n\x1a\n not a mesh at all, whatever it is called", "");
+  expect_refused("picture.ply", "\x89PNG\r\n\x1a\n not a mesh at all", "has no PLY header");
+  expect_refused("nan.obj", "v 0 0 0\nv 1 nan 0\nv 1 0 1\nf 1 2 3\n", "line 2: nan is not finite");
+  expect_refused("nan.ply", std::string(kPly).replace(kPly.find("1 0 0\n"), 1, "inf"), "line 11: inf is not finite");
+  expect_refused("nan.stl", std::string(kStl).replace(kStl.find("vertex 1 0 0") + 7, 1, "-nan"), "line 5: -nan is not finite");
+  expect_refused("nan_binary.stl", binary_stl(1, std::nanf("")), "is not finite");
+  expect_refused("large.obj", "v 0 0 0\nv 1e60 0 0\nv 1 0 1\nf 1 2 3\n", "is not finite");
+  expect_refused("corner.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nf 1 2 9\n", "");
+  expect_refused("truncated.ply", kPly.substr(0, kPly.size() - 16), "");
+  expect_refused("truncated.stl", binary_stl(1).substr(0, 100), "");
+  expect_refused("huge.stl", binary_stl(4000000000u), "");
+  expect_refused("huge.ply", std::string(kPly).replace(kPly.find("vertex 3"), 8, "vertex 4000000000"), "line 3");
+}
+
+TEST_F(SetMesh, IsDrawnInItsPlaceWithItsLook) {
+  render::Setting setting = stage();
+  setting.colliders.resize(1);
+  setting.colliders[0].shape.sphere = sim::Shape::Sphere{Vec3(0.5, 0, 0.3), 0.05};
+  setting.sets = {{.name = "wall", .file = file("square.obj", kSquare), .scale = 0.4, .translate = Vec3(-0.6, 0, 0.2), .look = "white"}};
+  setting.looks["plaster"].color = Vec3::Zero();
+  const render::Image image = traced(setting, render::Grains{});
+  const Spot seen = coverage(image);
+  EXPECT_NEAR(seen.mass, 1600, 10);
+  EXPECT_NEAR(seen.x, 80 - 40, 0.1);
+  EXPECT_NEAR(seen.y, 50 + 10, 0.1);
+  EXPECT_EQ(channel(image, "id", 40, 60), 4);   // after the collider
+  EXPECT_EQ(channel(image, "id", 130, 70), 3);
+  EXPECT_EQ(channel(image, "N.Y", 40, 60), -1);
 }

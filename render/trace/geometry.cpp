@@ -82,6 +82,15 @@ RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh, const Exp
   return geometry;
 }
 
+RTCGeometry triangle_geometry(RTCDevice device, const files::Triangles& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.position.size());
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) vertices[i] = {mesh.position[i].x(), mesh.position[i].y(), mesh.position[i].z()};
+  std::copy(mesh.triangles.begin(), mesh.triangles.end(),
+            buffer<std::array<std::uint32_t, 3>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles.size()));
+  return geometry;
+}
+
 constexpr std::size_t kGrainsATask = 1 << 15;
 constexpr int kBuilders = 8;  // slots for threads that build a hierarchy over grains
 
@@ -220,6 +229,7 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
   Impl& m = *impl_;
   rtcSetSceneFlags(m.scene, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t i = 1; i < surfaces.size(); ++i) {
+    if (surfaces[i].mesh) m.attach(triangle_geometry(m.device.handle, *surfaces[i].mesh), static_cast<unsigned>(i));
     const sim::Shape& shape = surfaces[i].shape;
     if (!shape.box && !shape.sphere) continue;
     m.attach(shape.box ? box_geometry(m.device.handle, *shape.box) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "render/files/mesh.h"
 #include "render/render.h"
 #include "render/trace/material.h"
 #include "sim/scene.h"
@@ -24,11 +25,12 @@ struct GrainStyle {
   float variation = 0;  // [1] of brightness, to each side
 };
 
-/// Surfaces are numbered: the liquid is 0, collider i is i + 1, then come the bodies of grains.
+/// Surfaces are numbered: the liquid is 0, collider i is i + 1, then come the pieces of the set and the bodies of grains.
 struct Surface {
   Material material;
   sim::Shape shape = {};                // of a collider
   std::optional<GrainStyle> grains = {};
+  std::shared_ptr<const files::Triangles> mesh = {};  // of a set piece [m]
 };
 
 struct Hit {

@@ -93,6 +93,15 @@ void tabulate_rough_boundaries(Scene& scene) {
   }
 }
 
+std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
+  auto mesh = std::make_shared<files::Triangles>(files::read_mesh(piece.file));
+  for (std::size_t i = 0; i < mesh->position.size(); ++i) {
+    mesh->position[i] = (piece.scale * mesh->position[i].cast<double>() + piece.translate).cast<float>();
+    if (!mesh->position[i].allFinite()) base::throw_input(piece.file.string(), "vertex " + std::to_string(i + 1) + " is not finite when scaled and translated");
+  }
+  return mesh;
+}
+
 Ground make_ground(const Setting& setting, float reach, const Vec3f& middle) {
   Ground ground{.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()), .middle = middle.head<2>(),
                 .solid_to = 1.5f * reach, .gone_from = 7 * reach};
@@ -124,6 +133,8 @@ Scene make_scene(const Setting& setting) {
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
   for (const sim::Collider& c : setting.colliders)
     scene.surfaces.push_back({.material = material_of(setting, c.look, "collider." + c.name + ".look"), .shape = c.shape});
+  for (const SetPiece& piece : setting.sets)
+    scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look"), .mesh = placed(piece)});
   for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) {
     const std::string& name = body < setting.body_looks.size() ? setting.body_looks[body] : setting.liquid_look;
     const Material material = material_of(setting, name, "body.look");
