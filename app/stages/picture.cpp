@@ -72,7 +72,7 @@ double PictureMaker::render(std::int64_t frame) {
   const render::Image image = is_flat() ? draw(frame) : trace(frame, ledger);
   const render::Options& options = shot_.render.options;
   const render::Stamp stamp{.shot = shot_.name, .hash = hashes_.render, .version = kVersion, .frame = frame, .spp = options.spp,
-                            .time = static_cast<double>(frame - 1) / shot_.fps};
+                            .time = static_cast<double>(frame - 1) / shot_.fps, .reproducible = image.reproducible};
   Folder::make_room_for(folder_.image(frame, ".exr"));
   render::write_exr(folder_.image(frame, ".exr"), is_flat() ? render::scene_linear(image) : image, stamp, ledger);
   render::write_png(folder_.image(frame, ".png"), image, options, /*display_referred=*/is_flat(), ledger);

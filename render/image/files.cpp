@@ -129,6 +129,7 @@ void write_exr(const std::filesystem::path& path, const Image& image, const Stam
   spec.attribute("polypic:hash", stamp.hash);
   spec.attribute("polypic:spp", static_cast<int>(stamp.spp));
   spec.attribute("polypic:version", stamp.version);
+  if (!stamp.reproducible) spec.attribute("polypic:reproducible", 0);
   std::vector<float> pixels = image.pixels;
   for (std::size_t i = 0; i < pixels.size(); ++i)
     if (is_color(image.channels[i % image.channels.size()])) pixels[i] = std::clamp(pixels[i], -kLargestHalf, kLargestHalf);

@@ -9,7 +9,7 @@
 namespace render::trace {
 namespace {
 
-constexpr int kSide = 24;  // points of a table's integrals, squared
+constexpr int kSide = 32;  // points of a table's integrals, squared
 
 /// The table of share(out), where `share` is a mean over facets seen from `out`.
 template <class Facet>
@@ -47,7 +47,7 @@ float reflected(const Ggx& ggx, const Vec3f& out, const Vec3f& facet) {
 
 /// H(mu) of isotropic scatterers at the nodes of a rule on [0, 1], and the mean it gives to reflection.
 double uniform_reflection(double scattering) {
-  constexpr int kNodes = 96;
+  constexpr int kNodes = 48;
   const double escape = std::sqrt(1 - scattering);
   std::array<double, kNodes> mu{}, weight{}, h{};
   for (std::size_t i = 0; i < kNodes; ++i) {  // midpoints in s, mu = s^2 (3 - 2 s): smooth ends

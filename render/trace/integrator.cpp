@@ -13,7 +13,10 @@ constexpr int kFlights = 8192;              // hidden boundaries and points in a
 Vec3f Integrator::radiance(const Ray& camera, Media around, const sampling::PixelSampler& points, std::uint32_t sample, FirstHit& first) const {
   Work work{.points = points, .sample = sample, .first = first};
   work.waiting[0].ray = camera;
-  work.waiting[0].media = around;
+  Path& start = work.waiting[0];
+  start.media = around;
+  start.compression = 1 / (scene_.ior(around) * scene_.ior(around));  // a camera under water looks through a window: its film is in air
+  start.weight *= start.compression;
   work.count = 1;
   while (work.count > 0) {
     Path path = work.waiting[static_cast<std::size_t>(--work.count)];
