@@ -8,6 +8,8 @@
 #include "app/shot/reader.h"
 #include "app/shot/toml.h"
 #include "base/atomic_file.h"
+#include "base/checksum.h"
+#include "base/error.h"
 
 namespace app {
 namespace {
@@ -71,6 +73,7 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;
+  for (render::SetPiece& piece : shot.render.sets) piece.file = file.parent_path() / piece.file;
   shot.render.dimension = shot.scene.options.dimension;
   return shot;
 }
@@ -89,12 +92,23 @@ Node complete_node(Declared declared) {
 void add_built_in(const render::Setting& setting, Node& keys) {
   std::vector<std::string> used = {setting.liquid_look, "ground"};
   for (const sim::Collider& collider : setting.colliders) used.push_back(collider.look);
+  for (const render::SetPiece& piece : setting.sets) used.push_back(piece.look);
   for (const std::string& name : used)
     if (const auto look = setting.looks.find(name); look != setting.looks.end()) keys.at("look").at(name) = complete_node(look->second);
   if (!setting.lights.empty()) return;
   Node& lights = keys.at("light");
   lights.kind = Node::Kind::array;
   for (const render::Light& light : render::default_lights(setting.domain)) lights.items.push_back(complete_node(light));
+}
+
+// Set pieces with what their files hold: a file that changed makes other pictures.
+void add_contents(const render::Setting& setting, Node& sets) {
+  for (std::size_t i = 0; i < setting.sets.size(); ++i) {
+    const std::filesystem::path& file = setting.sets[i].file;
+    const auto sum = base::sum_of(file);
+    if (!sum) base::throw_input(file.string(), "cannot be read");
+    sets.items[i].at("content") = make_node(std::to_string(sum->bytes) + " " + std::to_string(sum->checksum));
+  }
 }
 
 // Copies the keys of `list` from every entry, or all but those.
@@ -145,6 +159,7 @@ void Shot::params(base::Params& p) {
     p.require(collider.shape.box || collider.shape.sphere, key + ".shape", "a collider needs a shape");
     if (!flat) require_look(p, render.looks, collider.look, key + ".look");
   }
+  for (std::size_t i = 0; i < render.sets.size(); ++i) require_look(p, render.looks, render.sets[i].look, "set." + std::to_string(i + 1) + ".look");
 }
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
@@ -181,7 +196,8 @@ std::string stage_text(const Shot& shot, const std::string& stage) {
     take("surface");
   } else {
     assert(stage == "render" && "there are three stages");
-    for (const auto section : {"render", "camera", "light", "look"}) take(section);
+    for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
+    if (!shot.render.sets.empty()) add_contents(shot.render, keys.at("set"));
     if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
     keys.at("body") = entries(all, "body", "look", true);
     keys.at("collider") = entries(all, "collider", "look", true);
