@@ -32,9 +32,11 @@ struct Integrator::Spot {
   Media below = {};  // of light that comes through it
 };
 
-/// Share of a sample of density p where another technique would have had density q: the power heuristic, or all or nothing.
-inline float share_of_light(Strategy s, float p, float q) { return s == Strategy::both ? p * p / (p * p + q * q) : s == Strategy::lights ? 1.0f : 0.0f; }
-inline float share_of_scattering(Strategy s, float p, float q) { return s == Strategy::both ? p * p / (p * p + q * q) : s == Strategy::scattering ? 1.0f : 0.0f; }
+/// Share of a sample of density p where another technique would have had density q: the power heuristic, or all or nothing. As a ratio:
+/// what is far away on a floor without end sees a light under densities whose squares no float holds.
+inline float power_share(float p, float q) { return 1 / (1 + (q / p) * (q / p)); }
+inline float share_of_light(Strategy s, float p, float q) { return s == Strategy::both ? power_share(p, q) : s == Strategy::lights ? 1.0f : 0.0f; }
+inline float share_of_scattering(Strategy s, float p, float q) { return s == Strategy::both ? power_share(p, q) : s == Strategy::scattering ? 1.0f : 0.0f; }
 
 /// Adds what each light gives directly. `dielectric`: the spot is a boundary that light can cross, and shadow rays stop at the next one.
 template <class Scatter>
@@ -46,7 +48,7 @@ void Integrator::light(const Path& path, const Spot& spot, const Scatter& scatte
     const sampling::Point u = work.points.point(work.sample, dimension);
     dimension += kDimensionsOfLight;
     const LightSample to = source.sample(spot.point, u);
-    if (!(to.density > 0)) return;
+    if (!(to.density > 0 && to.density < kFar)) return;
     const Vec3f in = spot.frame.local(to.direction);
     const float height = to.direction.dot(spot.geometric);
     if ((in.z() > 0) != (height > 0)) return;
