@@ -219,7 +219,6 @@ TEST(Ground, OfAStudioBendsUpBehindTheDomain) {
   EXPECT_EQ(trace::make_scene(setting).ground.meet({.origin = Vec3f(0, 0, 1), .direction = -Vec3f::UnitZ()}).t, std::numeric_limits<float>::infinity());
 }
 
-<<<<<<< HEAD
 // A light's density there is more than a float's square holds.
 TEST(Ground, IsLitHoweverFarAway) {
   render::Setting setting = empty_setting();
@@ -228,8 +227,6 @@ TEST(Ground, IsLitHoweverFarAway) {
   for (const double far : {1e3, 1e6, 1e9, 1e12}) EXPECT_TRUE(Rays(setting).mean(Vec3(0, 0, 1), Vec3(far, 0, 0), 2, 16).value.allFinite()) << far;
 }
 
-=======
->>>>>>> origin/main
 namespace {
 
 render::Setting all_materials() {
