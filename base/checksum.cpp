@@ -7,7 +7,10 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 #include <vector>
+
+#include "base/error.h"
 
 namespace base {
 namespace {
@@ -75,6 +78,12 @@ std::optional<FileSum> sum_of(const std::filesystem::path& path, std::uint64_t o
   ::close(file);
   if (got < 0) return {};
   return FileSum{at - offset, sum.value()};
+}
+
+FileSum sum_of_written(const std::filesystem::path& path, const std::filesystem::path& name, std::uint64_t offset) {
+  errno = 0;
+  if (const auto sum = sum_of(path, offset)) return *sum;
+  throw_io(name.string(), "cannot be read back: " + std::system_category().message(errno != 0 ? errno : EIO));
 }
 
 }  // namespace base

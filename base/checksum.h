@@ -33,5 +33,7 @@ struct FileSum {
 };
 /// Of a file from `offset` to its end; empty when it cannot be read.
 std::optional<FileSum> sum_of(const std::filesystem::path&, std::uint64_t offset = 0);
+/// Of a file that was just written; throws base::Error (exit 5) with the reason when it cannot be read. Errors call it `name`.
+FileSum sum_of_written(const std::filesystem::path&, const std::filesystem::path& name, std::uint64_t offset = 0);
 
 }  // namespace base

@@ -252,9 +252,7 @@ void write_checkpoint(const fs::path& path, const std::string& hash, const std::
     Output file(temporary, path);
     for (std::size_t i = 0; i < places->size(); ++i)
       if (const auto& place = (*places)[i]) file.write(state.columns[i].bytes.data(), state.columns[i].bytes.size(), *place);
-    const auto sum = base::sum_of(temporary, kUserBlock);
-    if (!sum) base::throw_io(path.string(), "cannot be read back");
-    file.write(user_block(*sum).data(), kUserBlock, 0);
+    file.write(user_block(base::sum_of_written(temporary, path, kUserBlock)).data(), kUserBlock, 0);
     file.close();
   });
 }

@@ -130,24 +130,25 @@ Json frame_entry(std::int64_t frame, double fps, const std::vector<Record>& reco
   return entry;
 }
 
+Record::File file_of(const Folder& folder, const fs::path& file, const base::FileSum& sum) {
+  return {file.lexically_relative(folder.root()).generic_string(), sum.bytes, hex16(sum.checksum)};
+}
+
 }  // namespace
 
 std::optional<Record::File> measure(const Folder& folder, const fs::path& file) {
   const auto sum = base::sum_of(file);
   if (!sum) return {};
-  return Record::File{file.lexically_relative(folder.root()).generic_string(), sum->bytes, hex16(sum->checksum)};
+  return file_of(folder, file, *sum);
 }
 
+Record::File measure_written(const Folder& folder, const fs::path& file) { return file_of(folder, file, base::sum_of_written(file, file)); }
+
 void write_record(const Folder& folder, std::int64_t dimension, Record record) {
-  const auto measured = [&](const fs::path& file) {
-    std::optional<Record::File> is = measure(folder, file);
-    if (!is) base::throw_io(file.string(), "cannot be read back");
-    return *is;
-  };
   record.version = kVersion;
   record.files.clear();
-  for (const fs::path& file : folder.outputs(record.stage, record.frame)) record.files.push_back(measured(file));
-  if (const auto above = stage_above(record.stage, dimension)) record.source = measured(folder.outputs(*above, record.frame).front());
+  for (const fs::path& file : folder.outputs(record.stage, record.frame)) record.files.push_back(measure_written(folder, file));
+  if (const auto above = stage_above(record.stage, dimension)) record.source = measure_written(folder, folder.outputs(*above, record.frame).front());
   record.peak_bytes = peak_memory();
   const fs::path path = folder.record(record.stage, record.frame);
   Folder::make_room_for(path);

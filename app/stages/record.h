@@ -36,6 +36,8 @@ struct Record {
 
 /// A file of the run as it is now; empty when it cannot be read.
 std::optional<Record::File> measure(const Folder&, const std::filesystem::path& file);
+/// The same of a file just written; throws base::Error (exit 5) with the reason when it cannot be read.
+Record::File measure_written(const Folder&, const std::filesystem::path& file);
 
 /// Measures the frame's files, what they were made from, and memory, and writes the record.
 void write_record(const Folder&, std::int64_t dimension, Record);
