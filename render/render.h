@@ -129,7 +129,7 @@ struct Setting {
   base::Box domain;                                         // its floor is the ground
   std::filesystem::path folder;                             // of the shot: where its files are
   std::int64_t dimension = 3;                               // 2: the plane z = 0, y up, drawn flat
-  /// Pictures that lights name: what they hold is part of the render stage's input.
+  /// Files that lights and set pieces name: what they hold is part of the render stage's input.
   std::vector<std::filesystem::path> files() const;
   /// Visits [render], [camera], [[light]] and [look.NAME].
   void params(base::Params&);

@@ -154,6 +154,7 @@ std::vector<std::filesystem::path> Setting::files() const {
   std::vector<std::filesystem::path> named;
   for (const Light& light : lights)
     if (light.kind == "environment") named.push_back(folder / light.file);
+  for (const SetPiece& piece : sets) named.push_back(piece.file);
   return named;
 }
 

@@ -53,7 +53,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
     {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},
     {"[[body]]\nname = \"b\"\n", "x.toml:4:1: body.b.shape: a body needs a shape"},
-    {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are glass, ground, plaster, slate, water"},
+    {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are clay, glass, ground, jelly, plaster, rubber, sand, slate, snow, steel, water, wax"},
     {"[collider]\nname = \"post\"\n", "x.toml:4:1: collider = { name = \"post\" }: must be tables, each under [[collider]]"},
     {"[look]\nwater = \"blue\"\n", "x.toml:5:9: look.water = \"blue\": must be a table"},
     {"[look.water]\nabsorption = [-1, 0, 0]\n",

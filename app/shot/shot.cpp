@@ -101,13 +101,13 @@ void add_built_in(const render::Setting& setting, Node& keys) {
   for (const render::Light& light : render::default_lights(setting.domain)) lights.items.push_back(complete_node(light));
 }
 
-// Set pieces with what their files hold: a file that changed makes other pictures.
-void add_contents(const render::Setting& setting, Node& sets) {
-  for (std::size_t i = 0; i < setting.sets.size(); ++i) {
-    const std::filesystem::path& file = setting.sets[i].file;
-    const auto sum = base::sum_of(file);
-    if (!sum) base::throw_input(file.string(), "cannot be read");
-    sets.items[i].at("content") = make_node(std::to_string(sum->bytes) + " " + std::to_string(sum->checksum));
+// What the files hold that pictures are made from: a file that changed makes other pictures.
+void add_contents(const render::Setting& setting, Node& keys) {
+  const std::vector<std::filesystem::path> files = setting.files();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto sum = base::sum_of(files[i]);
+    if (!sum) base::throw_input(files[i].string(), "cannot be read");
+    keys.at("files").at("file" + std::to_string(i + 1)) = make_node(std::to_string(sum->bytes) + " " + std::to_string(sum->checksum));
   }
 }
 
@@ -197,7 +197,7 @@ std::string stage_text(const Shot& shot, const std::string& stage) {
   } else {
     assert(stage == "render" && "there are three stages");
     for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
-    if (!shot.render.sets.empty()) add_contents(shot.render, keys.at("set"));
+    add_contents(shot.render, keys);
     if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
     keys.at("body") = entries(all, "body", "look", true);
     keys.at("collider") = entries(all, "collider", "look", true);

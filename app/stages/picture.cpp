@@ -58,7 +58,9 @@ double PictureMaker::surface(std::int64_t frame) {
 
 render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
   if (!tracer_) tracer_ = std::make_unique<render::PathTracer>(shot_.render, threads_);
-  return tracer_->trace(surface::read_surface(folder_.surface(frame), shot_.surface, ledger), frame, ledger);
+  const surface::Mesh mesh = shot_.render.draws_surface() ? surface::read_surface(folder_.surface(frame), shot_.surface, ledger) : surface::Mesh{};
+  const render::Grains grains = shot_.render.draws_grains() ? render::grains_of(surface::read_points(folder_.points(frame))) : render::Grains{};
+  return tracer_->trace(mesh, grains, frame, ledger);
 }
 
 render::Image PictureMaker::draw(std::int64_t frame) const {
