@@ -59,6 +59,37 @@ check "no apt call when everything is there" not called '^(apt-get|sudo)'
 reset; launch test --fast
 check "an option that is none exits 2" [ "$code" = 2 ]
 
+# A choice of tests goes to both suites as it is; this stand-in for ctest has tests called transfer, and one of films in release only.
+builds() {
+  reset; stand_in id 'echo 0'; stand_in cmake 'exit 0'
+  stand_in ctest 'name=transfer.sums
+    case "$PWD $*" in *release*film*) name=film.ends ;; *film*|*nothing*) echo "No tests were found!!!"; exit 8 ;; esac
+    [[ "$*" == *breaks* ]] && { echo "1/1 Test #1: $name ...***Failed  0.10 sec"; exit 8; }
+    echo "1/1 Test #1: $name ...   Passed  0.10 sec"'
+}
+printed() { grep -qxF -- "$1" "$work/out"; }
+
+builds; launch test -R '^transfer.*(a|b)$'
+check "-R chooses tests by name" called '^ctest .* -R \^transfer\.\*\(a\|b\)\$$'
+check "... in release" printed "1 passed, 0 failed"
+check "... and says what was left out" printed '  all that -R ^transfer.*(a|b)$ leaves out'
+check "... and exits 0" [ "$code" = 0 ]
+builds; launch test -L fast --full -R transfer
+check "-L and -R go together, to the sanitized suite as well" [ "$(grep -cE '^ctest .* -L fast -R transfer$' "$calls")" = 2 ]
+check "... and both count" printed "2 passed, 0 failed"
+builds; launch test -R breaks
+check "a chosen test that fails exits 1" [ "$code" = 1 ]
+builds; launch test -R nothing
+check "a choice of nothing exits 1" [ "$code" = 1 ]
+check "... and says so" said "no test of release has run: is any chosen by -R nothing?"
+builds; launch test --full -R film
+check "a choice without a test under the sanitizers passes" printed "1 passed, 0 failed"
+check "... and says so" printed "  anything under the sanitizers: no test there is chosen by -R film"
+reset; launch test -R
+check "-R without an expression exits 2" [ "$code" = 2 ]
+reset; launch test -L ''
+check "-L without a label exits 2" [ "$code" = 2 ]
+
 # A program that is up to date is started without asking anything of the machine.
 reset
 mkdir -p "$work/checkout/build/release/app"
