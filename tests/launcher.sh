@@ -77,6 +77,12 @@ check "... and exits 0" [ "$code" = 0 ]
 builds; launch test -L fast --full -R transfer
 check "-L and -R go together, to the sanitized suite as well" [ "$(grep -cE '^ctest .* -L fast -R transfer$' "$calls")" = 2 ]
 check "... and both count" printed "2 passed, 0 failed"
+builds; stand_in ctest 'echo "1/2 Test  #1: Films/Film.Ends/a_b  # GetParam() = \"a_b\" ......   Passed    0.10 sec"
+  echo "2/2 Test #12: Films/Film.Ends/c  # GetParam() = \"c\" ...***Failed    0.10 sec"; exit 8'; launch test
+check "tests with a parameter count" printed "1 passed, 1 failed"
+check "... and fail" [ "$code" = 1 ]
+builds; stand_in ctest 'echo "1/1 Test #1: a ...   Passed  0.10 sec"; exit 8'; launch test
+check "a suite that fails without saying so fails" printed "1 passed, 1 failed"
 builds; launch test -R breaks
 check "a chosen test that fails exits 1" [ "$code" = 1 ]
 builds; launch test -R nothing
