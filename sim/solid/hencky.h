@@ -1,0 +1,54 @@
+#pragma once
+// St Venant-Kirchhoff elasticity with Hencky's logarithmic strain e_i = log s_i [Klar16]: Psi = mu sum e_i^2 + lambda/2 (sum e_i)^2.
+// Plastic flow that keeps volume is a straight line in e. Below kLeastStretch the logarithm follows its tangent.
+#include <string_view>
+
+#include "sim/solid/laws.h"
+
+namespace sim {
+
+struct Hencky {
+  static constexpr std::string_view kName = "hencky";
+  static constexpr bool kPrincipal = true;
+  Lame lame;
+
+  template <class T, int D>
+  T energy(const Principal<T, D>& s) const {
+    T squares = T(0), trace = T(0);
+    for (const T x : s) {
+      const T e = LogStretch<T>(x).value;
+      squares += e * e;
+      trace += e;
+    }
+    return constant<T>(lame.mu) * squares + constant<T>(lame.lambda / 2) * (trace * trace);
+  }
+  /// tau_i = (2 mu e_i + lambda sum e) de_i/dlog s_i
+  template <class T, int D>
+  Principal<T, D> kirchhoff(const Principal<T, D>& s) const {
+    Principal<T, D> e, rate, tau;
+    for (std::size_t i = 0; i < D; ++i) {
+      const LogStretch<T> log(s[i]);
+      e[i] = log.value;
+      rate[i] = log.rate;
+    }
+    const T volumetric = constant<T>(lame.lambda) * sum<T, D>(e);
+    for (std::size_t i = 0; i < D; ++i) tau[i] = (constant<T>(2 * lame.mu) * e[i] + volumetric) * rate[i];
+    return tau;
+  }
+  /// Along one axis lambda + 2 mu - tau_i; across two, with r the ratio of their squared stretches, at most mu (2 + log r) + |tau|.
+  template <class T, int D>
+  T stiffness(const Principal<T, D>& s) const {
+    T high = LogStretch<T>(s[0]).value, low = high, trace = T(0);
+    for (const T x : s) {
+      const T e = LogStretch<T>(x).value;
+      high = larger(high, e);
+      low = smaller(low, e);
+      trace += e;
+    }
+    const T volumetric = constant<T>(lame.lambda) * trace, two_mu = constant<T>(2 * lame.mu);
+    const T stress = larger(magnitude(two_mu * high + volumetric), magnitude(two_mu * low + volumetric));
+    return constant<T>(lame.lambda + 2 * lame.mu) + two_mu * (high - low) + stress;
+  }
+};
+
+}  // namespace sim

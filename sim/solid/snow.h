@@ -1,0 +1,51 @@
+#pragma once
+// Snow [Stomakhin13]: fixed corotated; stretches stay within [1 - critical_compression, 1 + critical_stretch], and both Lame constants
+// are exp(hardening (1 - Jp)) times those at rest, Jp the plastic change of volume. The exponent is capped: packed snow is ice, not more.
+#include <string_view>
+
+#include "sim/solid/fixed_corotated.h"
+
+namespace sim {
+
+struct Snow {
+  static constexpr std::string_view kName = "snow";
+  using Elasticity = FixedCorotated;
+  double critical_compression = 2.5e-2, critical_stretch = 7.5e-3;   // [1]
+  double hardening = 10;                                             // [1]
+  double most_hardening = 20;                                        // [1] factor on Young's modulus, both ways
+  /// Jp stays in this range: beyond it snow is ice or spray, and the hardening has met its cap long before.
+  static constexpr double kLeastVolume = 0.1, kMostVolume = 10;
+
+  /// Holds principal stretches (s_i - 1) in their range; `state` is Jp - 1. Returns where that changed them.
+  template <class T, int D>
+  MaskOf<T> project(const Lame&, Principal<T, D>& stretch, T& state) const {
+    const T low = constant<T>(-critical_compression), high = constant<T>(critical_stretch);
+    const auto changed = either(stretch[0] > high, stretch[D - 1] < low);
+    if (!any(changed)) return changed;
+    T ratio = T(1);
+    for (std::size_t i = 0; i < D; ++i) {
+      const T held = smaller(larger(stretch[i], low), high);
+      ratio *= larger(stretch[i] + T(1), constant<T>(kLeastVolume)) / (held + T(1));
+      stretch[i] = held;
+    }
+    const T plastic = smaller(larger((state + T(1)) * ratio, constant<T>(kLeastVolume)), constant<T>(kMostVolume));
+    state = select(changed, plastic - T(1), state);
+    return changed;
+  }
+  /// Factor on the elastic energy.
+  template <class T>
+  T hardened(T state) const {
+    const T cap = constant<T>(std::log(most_hardening));
+    return exp_minus_one(smaller(larger(constant<T>(-hardening) * state, -cap), cap)) + T(1);
+  }
+  template <class T>
+  MaskOf<T> is_capped(T state) const {
+    return magnitude(constant<T>(hardening) * state) > constant<T>(std::log(most_hardening));
+  }
+  template <class T, int D>
+  T excess(const Lame&, const Principal<T, D>& stretch, T) const {
+    return larger(stretch[0] - constant<T>(critical_stretch), constant<T>(-critical_compression) - stretch[D - 1]);
+  }
+};
+
+}  // namespace sim
