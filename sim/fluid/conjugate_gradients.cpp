@@ -32,11 +32,11 @@ class IncompleteCholesky {
         for (int a = 0; a < system_.dimension; ++a) {
           const std::int32_t j = lower(i, a, begin);
           if (j < 0) continue;
-          const double r2 = inverse_root_[j] * inverse_root_[j];
-          e -= r2;
+          const double link = system_.link(i, 2 * a), r2 = link * inverse_root_[j] * inverse_root_[j];
+          e -= link * r2;
           for (int b = 0; b < system_.dimension; ++b) {
             const std::int32_t k = upper(std::size_t(j), b, end);
-            if (b != a && k >= 0) e -= kModified * r2;
+            if (b != a && k >= 0) e -= kModified * r2 * system_.link(std::size_t(j), 2 * b + 1);
           }
         }
         if (e < kSafety * system_.diagonal[i]) e = system_.diagonal[i];
@@ -51,13 +51,13 @@ class IncompleteCholesky {
       for (std::size_t i = begin; i < end; ++i) {
         double t = r[i];
         for (int a = 0; a < system_.dimension; ++a)
-          if (const std::int32_t j = lower(i, a, begin); j >= 0) t += inverse_root_[j] * z[j];
+          if (const std::int32_t j = lower(i, a, begin); j >= 0) t += system_.link(i, 2 * a) * inverse_root_[j] * z[j];
         z[i] = t * inverse_root_[i];
       }
       for (std::size_t i = end; i-- > begin;) {
         double t = z[i];
         for (int a = 0; a < system_.dimension; ++a)
-          if (const std::int32_t j = upper(i, a, end); j >= 0) t += inverse_root_[i] * z[j];
+          if (const std::int32_t j = upper(i, a, end); j >= 0) t += system_.link(i, 2 * a + 1) * inverse_root_[i] * z[j];
         z[i] = t * inverse_root_[i];
       }
     });
@@ -88,10 +88,40 @@ void apply(const PoissonSystem& system, const Vector& x, Vector& y) {
     for (std::size_t i = begin; i < end; ++i) {
       double sum = system.diagonal[i] * x[i];
       for (int n = 0; n < 2 * system.dimension; ++n)
-        if (const std::int32_t j = system.neighbour[i][n]; j >= 0) sum -= x[j];
+        if (const std::int32_t j = system.neighbour[i][n]; j >= 0) sum -= system.link(i, n) * x[j];
       y[i] = sum;
     }
   });
+}
+
+void find_closed_pockets(PoissonSystem& s) {
+  std::vector<std::int32_t> stack, members;
+  std::vector<std::uint8_t> seen(s.size(), 0);
+  s.pockets.clear();
+  for (std::size_t start = 0; start < s.size(); ++start) {
+    if (seen[start]) continue;
+    bool touches_air = false;
+    members.clear();
+    stack.assign(1, std::int32_t(start));
+    seen[start] = 1;
+    while (!stack.empty()) {
+      const std::int32_t i = stack.back();
+      stack.pop_back();
+      members.push_back(i);
+      double linked = 0;
+      for (int n = 0; n < 2 * s.dimension; ++n) {
+        const std::int32_t j = s.neighbour[std::size_t(i)][std::size_t(n)];
+        if (j < 0) continue;
+        linked += s.link(std::size_t(i), n);
+        if (!seen[std::size_t(j)]) seen[std::size_t(j)] = 1, stack.push_back(j);
+      }
+      // Weights are floats, and their sums in double exact enough that only air leaves more than this.
+      touches_air = touches_air || linked < s.diagonal[std::size_t(i)] * (1 - 1e-9);
+    }
+    if (touches_air) continue;
+    std::sort(members.begin(), members.end());
+    s.pockets.push_back(members);
+  }
 }
 
 void remove_constants(const PoissonSystem& system, Vector& values) {

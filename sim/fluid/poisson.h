@@ -2,12 +2,13 @@
 // Symmetric positive definite systems of the five- or seven-point Laplacian over numbered cells, and their two solvers.
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace sim {
 
-/// Row i: diagonal[i] x_i - sum over neighbours x_j = b_i. Neighbours of axis a are neighbour[i][2a] (lower) and [2a + 1] (upper);
+/// Row i: diagonal[i] x_i - sum over neighbours weight x_j = b_i. Neighbours of axis a are neighbour[i][2a] (lower) and [2a + 1] (upper);
 /// kNone where the other side is solid (no term) or air (a term in the diagonal only). Symmetric. Numbers ascend along each axis, but
 /// for links around a periodic side.
 struct PoissonSystem {
@@ -15,9 +16,11 @@ struct PoissonSystem {
   int dimension = 3;
   std::vector<std::array<std::int32_t, 6>> neighbour;
   std::vector<double> diagonal;
+  std::vector<std::array<double, 6>> weight;   // of each neighbour's term, symmetric; empty: all 1
   /// Components without air, members ascending: the constants on each are null vectors, and b must sum to 0 there.
   std::vector<std::vector<std::int32_t>> pockets;
   std::size_t size() const { return diagonal.size(); }
+  double link(std::size_t i, int n) const { return weight.empty() ? 1 : weight[i][std::size_t(n)]; }
 };
 
 struct SolveReport {
@@ -36,7 +39,25 @@ void remove_constants(const PoissonSystem&, std::vector<double>& values);
 /// ranges and around periodic sides are left out of it. Constants on pockets are projected out of the iterates.
 SolveReport solve_iteratively(const PoissonSystem&, const std::vector<double>& b, double tolerance, std::vector<double>& x);
 
+/// Notes the components that touch no air in `pockets`.
+void find_closed_pockets(PoissonSystem&);
+
 /// Sparse Cholesky factorisation (CHOLMOD), single-threaded. In each pocket the first unknown is pinned to 0.
+class CholeskyFactor {
+ public:
+  explicit CholeskyFactor(const PoissonSystem&);
+  ~CholeskyFactor();
+  CholeskyFactor(const CholeskyFactor&) = delete;
+  CholeskyFactor& operator=(const CholeskyFactor&) = delete;
+  bool whole() const;   // whether the factorisation went through
+  void solve(const std::vector<double>& b, std::vector<double>& x) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+/// Factorises, solves, and measures the residual.
 SolveReport solve_directly(const PoissonSystem&, const std::vector<double>& b, std::vector<double>& x);
 
 }  // namespace sim
