@@ -41,14 +41,19 @@ bool is_multiple(const Extents& size, double cell) {
 
 /// The cell size nearest to `cell` that divides the domain in every axis; 0 when none is near.
 double nearest_cell(const Extents& size, double cell) {
+  constexpr std::int64_t kFarthest = 1000000;   // cells along the longest edge, tried from the wanted number on
   const double longest = *std::max_element(size.begin(), size.end());
   const auto wanted = std::max<std::int64_t>(1, std::llround(longest / cell));
-  double best = 0;
-  for (std::int64_t n = std::max<std::int64_t>(1, wanted / 2); n <= 2 * wanted + 8; ++n) {
-    const double candidate = longest / double(n);
-    if (is_multiple(size, candidate) && (best == 0 || std::abs(candidate - cell) < std::abs(best - cell))) best = candidate;
+  for (std::int64_t away = 0; away <= std::min(wanted + 8, kFarthest); ++away) {
+    double best = 0;
+    for (const std::int64_t n : {wanted + away, wanted - away}) {
+      if (2 * n < wanted || n < 1 || !is_multiple(size, longest / double(n))) continue;
+      const double candidate = longest / double(n);
+      if (best == 0 || std::abs(candidate - cell) < std::abs(best - cell)) best = candidate;
+    }
+    if (best > 0) return best;
   }
-  return best;
+  return 0;
 }
 
 void check_domain(const Options& o, base::Params& p) {
@@ -57,10 +62,12 @@ void check_domain(const Options& o, base::Params& p) {
   const bool is_box = std::all_of(size.begin(), size.end(), [](double length) { return length > 0; });
   p.require(is_box, "domain", "the second corner must be above the first in every axis");
   if (!is_box) return;
-  double cells = 1;
-  for (const double length : size) cells *= length / o.cell;
-  const bool fits = cells <= kMostCells;
-  p.require(fits, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
+  double cells = 1, most = 0;
+  for (const double length : size) cells *= length / o.cell, most = std::max(most, length / o.cell);
+  const bool fits = cells <= kMostCells && most <= kMostCellsOfAnEdge;
+  p.require(cells <= kMostCells, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
+  p.require(cells > kMostCells || fits, "cell",
+            fmt::format("makes {:.3g} cells along an edge; at most {:.3g} are possible", most, kMostCellsOfAnEdge));
   if (fits && !is_multiple(size, o.cell)) {
     const double near = nearest_cell(size, o.cell);
     p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {} m", near)

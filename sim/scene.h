@@ -21,8 +21,8 @@ enum class Precision { single_precision, double_precision };
 /// What is at a side of the domain: a wall along which the liquid slips, or the other side.
 enum class Side { slip, periodic };
 
-/// Grids are dense: more cells than this are refused before anything is allocated.
-inline constexpr double kMostCells = 4e8;
+/// Numbers of cells fit in 64 bits, those along an axis in 32. Only the cells around particles are stored.
+inline constexpr double kMostCells = 1e17, kMostCellsOfAnEdge = 1e9;
 
 /// A solid of simple form: exactly one of its members is set. A box without thickness along an axis goes on along it without end: in two
 /// dimensions shapes are what they cut out of the plane.

@@ -162,20 +162,20 @@ TEST(Liquid, AsksBetweenStepsWhetherToStop) {
 }
 
 /// A liquid block of `edge` cells with walls on all sides but, if `open`, the top.
-std::vector<CellKind> pool(const Lattice<3>& lattice, bool open) {
-  std::vector<CellKind> kind(lattice.size, CellKind::solid);
-  for (std::size_t i = 0; i < lattice.size; ++i) {
-    const Cell<3> at = lattice.cell_at(std::ptrdiff_t(i));
-    if (lattice.inside(at)) kind[i] = open && at[2] == lattice.cells[2] - 1 ? CellKind::air : CellKind::liquid;
+std::vector<CellKind> pool(const ActiveBlocks<3>& blocks, bool open) {
+  std::vector<CellKind> kind(blocks.size(), CellKind::solid);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const Cell<3> at = blocks.cell_at(i);
+    if (blocks.lattice().inside(at)) kind[i] = open && at[2] == blocks.lattice().cells[2] - 1 ? CellKind::air : CellKind::liquid;
   }
   return kind;
 }
 
-FaceField<3, double> noise(const Lattice<3>& lattice) {
+FaceField<3, double> noise(const ActiveBlocks<3>& blocks) {
   FaceField<3, double> v;
   std::uint64_t state = 1;
   for (auto& component : v) {
-    component.resize(lattice.size);
+    component.resize(blocks.size());
     for (double& value : component) value = double((state = state * 6364136223846793005u + 1442695040888963407u) >> 40) / (1 << 23) - 1;
   }
   return v;
@@ -184,10 +184,10 @@ FaceField<3, double> noise(const Lattice<3>& lattice) {
 TEST(Pressure, LeavesNoDivergence) {
   for (const int edge : {8, 24}) {   // the first is solved directly, the second by iteration
     for (const bool open : {true, false}) {
-      const Lattice<3> lattice({edge, edge, edge});
-      FaceField<3, double> v = noise(lattice);
+      const auto blocks = ActiveBlocks<3>::whole(Lattice<3>({edge, edge, edge}));
+      FaceField<3, double> v = noise(blocks);
       FaceMask<3> valid;
-      const PressureReport report = project(v, pool(lattice, open), lattice, 1e-10, valid);
+      const PressureReport report = project(v, pool(blocks, open), blocks, 1e-10, valid);
       EXPECT_EQ(report.iterations == 0, report.unknowns <= kDirectUnknowns);
       EXPECT_EQ(report.closed_pockets, open ? 0 : 1);
       EXPECT_LE(report.max_divergence, 1e-8) << "edge " << edge << " open " << open;
@@ -233,14 +233,14 @@ TEST(Shape, DistanceHasItsNormalsAndSigns) {
 }
 
 TEST(Extrapolation, IsExactForAConstantAndStopsAtItsDepth) {
-  const Lattice<3> lattice({8, 8, 8});
+  const auto blocks = ActiveBlocks<3>::whole(Lattice<3>({8, 8, 8}));
   FaceField<3, double> v;
   FaceMask<3> valid;
-  for (int a = 0; a < 3; ++a) v[a].assign(lattice.size, 7), valid[a].assign(lattice.size, 0);
-  const auto at = [&](int i) { return std::size_t(lattice.index({i, 4, 4})); };
+  for (int a = 0; a < 3; ++a) v[a].assign(blocks.size(), 7), valid[a].assign(blocks.size(), 0);
+  const auto at = [&](int i) { return std::size_t(blocks.index({i, 4, 4})); };
   v[0][at(1)] = 2;
   valid[0][at(1)] = 1;
-  extrapolate(v, valid, lattice, 3);
+  extrapolate(v, valid, blocks, 3);
   EXPECT_EQ(v[0][at(2)], 2);
   EXPECT_EQ(v[0][at(4)], 2);
   EXPECT_EQ(v[0][at(5)], 0);

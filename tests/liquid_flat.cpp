@@ -255,8 +255,9 @@ TEST(Cells, CloseAGapOfOneCellButNoSurface) {
     }
   CanonicalOrder<2, float> order;
   const CellRanges ranges = order.sort(particles, lattice);
-  const auto kind = classify_cells(ranges, solids), full = classify_cells(ranges, solids, /*free_surface=*/false);
-  const auto at = [&](const std::vector<CellKind>& k, int x, int y) { return k[std::size_t(lattice.index({x, y}))]; };
+  const auto blocks = ActiveBlocks<2>::whole(lattice);
+  const auto kind = classify_cells(ranges, blocks, solids), full = classify_cells(ranges, blocks, solids, /*free_surface=*/false);
+  const auto at = [&](const std::vector<CellKind>& k, int x, int y) { return k[std::size_t(blocks.index({x, y}))]; };
   EXPECT_EQ(at(kind, 4, 1), CellKind::liquid);
   EXPECT_EQ(at(kind, 0, 0), CellKind::liquid);   // in the corner: two walls, two liquid cells
   EXPECT_EQ(at(kind, 7, 1), CellKind::air);

@@ -153,13 +153,12 @@ TEST(PeriodicLiquid, ThatFillsItsBoxHasNoSurface) {
 }
 
 template <int D>
-FaceField<D, double> noise(const Lattice<D>& lattice) {
+FaceField<D, double> noise(const ActiveBlocks<D>& blocks) {
   FaceField<D, double> v;
   for (std::size_t a = 0; a < std::size_t(D); ++a) {
-    v[a].resize(lattice.size);
-    for (std::size_t i = 0; i < lattice.size; ++i) v[a][i] = 2 * uniform(7, a, i) - 1;
+    v[a].resize(blocks.size());
+    for (std::size_t i = 0; i < blocks.size(); ++i) v[a][i] = 2 * uniform(7, a, i) - 1;
   }
-  fill_images(v, lattice);
   return v;
 }
 
@@ -167,35 +166,36 @@ TEST(PeriodicPressure, LeavesNoDivergence) {
   for (const int edge : {6, 14}) {   // the first is solved directly, the second by iteration
     for (const int axes : {1, 2, 3}) {
       const Lattice<3> lattice({edge, edge, edge}, {true, axes > 1, axes > 2});
-      std::vector<CellKind> kind(lattice.size, CellKind::solid);
-      for (std::size_t i = 0; i < lattice.size; ++i)
-        if (lattice.inside(lattice.wrapped(lattice.cell_at(std::ptrdiff_t(i))))) kind[i] = CellKind::liquid;
-      FaceField<3, double> v = noise(lattice);
+      const auto blocks = ActiveBlocks<3>::whole(lattice);
+      std::vector<CellKind> kind(blocks.size(), CellKind::solid);
+      for (std::size_t i = 0; i < blocks.size(); ++i)
+        if (lattice.inside(blocks.cell_at(i))) kind[i] = CellKind::liquid;
+      FaceField<3, double> v = noise(blocks);
       FaceMask<3> valid;
-      const PressureReport report = project(v, kind, lattice, 1e-10, valid);
+      const PressureReport report = project(v, kind, blocks, 1e-10, valid);
       EXPECT_EQ(report.unknowns, edge * edge * edge);
       EXPECT_EQ(report.iterations == 0, report.unknowns <= kDirectUnknowns);
       EXPECT_LT(report.iterations, 60);
       EXPECT_EQ(report.closed_pockets, 1);
       EXPECT_LE(report.max_divergence, 1e-8);
       // What flows in through one side is what flows out at the other.
-      EXPECT_EQ(v[0][std::size_t(lattice.index({edge, 2, 3}))], v[0][std::size_t(lattice.index({0, 2, 3}))]);
+      EXPECT_EQ(v[0][std::size_t(blocks.index({edge, 2, 3}))], v[0][std::size_t(blocks.index({0, 2, 3}))]);
     }
   }
 }
 
 // A projection changes nothing the second time, and a flow without divergence it does not change at all.
 TEST(PeriodicPressure, KeepsWhatHasNoDivergence) {
-  const Lattice<2> lattice({12, 8}, {true, true});
-  const std::vector<CellKind> kind(lattice.size, CellKind::liquid);
-  FaceField<2, double> v = noise(lattice);
+  const auto blocks = ActiveBlocks<2>::whole(Lattice<2>({12, 8}, {true, true}));
+  const std::vector<CellKind> kind(blocks.size(), CellKind::liquid);
+  FaceField<2, double> v = noise(blocks);
   FaceMask<2> valid;
-  project(v, kind, lattice, 1e-10, valid);
+  project(v, kind, blocks, 1e-10, valid);
   const FaceField<2, double> once = v;
-  project(v, kind, lattice, 1e-10, valid);
+  project(v, kind, blocks, 1e-10, valid);
   double size = 0;
   for (std::size_t a = 0; a < 2; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i) {
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
       EXPECT_NEAR(v[a][i], once[a][i], 1e-13);
       size = std::max(size, std::abs(v[a][i]));
     }
@@ -232,14 +232,14 @@ TEST(PeriodicPressure, BothSolversGiveTheSameFieldOnARing) {
 }
 
 TEST(PeriodicExtrapolation, ReachesAcrossTheSide) {
-  const Lattice<2> lattice({8, 6}, {true, false});
+  const auto blocks = ActiveBlocks<2>::whole(Lattice<2>({8, 6}, {true, false}));
   FaceField<2, double> v;
   FaceMask<2> valid;
-  for (std::size_t a = 0; a < 2; ++a) v[a].assign(lattice.size, 7), valid[a].assign(lattice.size, 0);
-  const auto at = [&](int i, int j) { return std::size_t(lattice.index({i, j})); };
+  for (std::size_t a = 0; a < 2; ++a) v[a].assign(blocks.size(), 7), valid[a].assign(blocks.size(), 0);
+  const auto at = [&](int i, int j) { return std::size_t(blocks.index({i, j})); };
   v[0][at(7, 3)] = 2;
   valid[0][at(7, 3)] = 1;
-  extrapolate(v, valid, lattice, 3);
+  extrapolate(v, valid, blocks, 3);
   EXPECT_EQ(v[0][at(0, 3)], 2);
   EXPECT_EQ(v[0][at(2, 3)], 2);
   EXPECT_EQ(v[0][at(-1, 3)], 2);   // the image of face 7
@@ -256,7 +256,7 @@ TEST(PeriodicScene, HoldsBodiesAndCollidersAcrossItsSides) {
   post.shape.box = base::Box{base::Vec3(-0.2, 0, 0), base::Vec3(0.1, 0.8, 0)};
   scene.colliders = {post};
   const Solids<2> solids(scene, Lattice<2>({16, 8}, {true, false}));
-  const auto solid = [&](int x) { return solids.solid[std::size_t(solids.lattice.index({x, 3}))]; };
+  const auto solid = [&](int x) { return solids.solid({x, 3}); };
   EXPECT_TRUE(solid(0) && solid(15) && solid(14) && solid(-1) && solid(16));
   EXPECT_FALSE(solid(1) || solid(13) || solid(17));
   EXPECT_EQ(make_simulation(scene, 24)->totals().particles, 2 * 2 * 4);

@@ -74,10 +74,10 @@ auto dense(Kernel kernel, const std::vector<ModeIndex<Layout::kDimension>>& mode
 }
 
 template <class Layout>
-Vector values_at(const std::vector<Cell<Layout::kDimension>>& nodes, const typename Layout::Field& field, const Lattice<Layout::kDimension>& lattice,
-                 int component) {
+Vector values_at(const std::vector<Cell<Layout::kDimension>>& nodes, const typename Layout::Field& field,
+                 const ActiveBlocks<Layout::kDimension>& blocks, int component) {
   Vector v(nodes.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) v[int(i)] = double(Layout::at(field, component, std::size_t(lattice.index(nodes[i]))));
+  for (std::size_t i = 0; i < nodes.size(); ++i) v[int(i)] = double(Layout::at(field, component, std::size_t(blocks.index(nodes[i]))));
   return v;
 }
 
@@ -85,14 +85,15 @@ template <class Layout>
 void expect_gathers_least_squares(Layout, Kernel kernel, const std::vector<ModeIndex<Layout::kDimension>>& modes, unsigned seed) {
   constexpr int D = Layout::kDimension;
   const Lattice<D> lattice = lattice_of<D>(6);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, modes);
   auto particles = random_particles<D, double>(lattice, 40, modes.size(), seed);
-  const auto field = random_field<Layout>(lattice, seed + 1);
-  transfer.gather(field, nullptr, {}, particles);
+  const auto field = random_field<Layout>(blocks, seed + 1);
+  transfer.gather(blocks, field, nullptr, {}, particles);
   for (std::size_t p = 0; p < particles.size(); ++p)
     for (int a = 0; a < D; ++a) {
       const auto d = dense<Layout>(kernel, modes, particles.cell[p], particles.offset[p], a);
-      const Vector v = values_at<Layout>(d.node, field, lattice, a);
+      const Vector v = values_at<Layout>(d.node, field, blocks, a);
       const Matrix weighted = d.weight.asDiagonal() * d.q;
       const Matrix gram = weighted.transpose() * d.q;
       const Vector c = gram.fullPivLu().solve(weighted.transpose() * v);
@@ -129,19 +130,20 @@ void expect_interpolates_at_degenerate_offsets(Layout, Kernel kernel, double tol
   constexpr int D = Layout::kDimension;
   using Real = typename Layout::Real;
   const Lattice<D> lattice = lattice_of<D>(6);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
   const auto modes = prefix<D>(kernel);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
-  const auto field = random_field<Layout>(lattice, 7);
+  const GridTransfer<Layout> transfer(kernel, modes);
+  const auto field = random_field<Layout>(blocks, 7);
   const std::vector<Real> offsets = degenerate_offsets<Real>();
   const int count = int(offsets.size());
   auto particles = random_particles<D, Real>(lattice, std::size_t(int_power(count, D)), modes.size(), 3);
   for (std::size_t p = 0; p < particles.size(); ++p)
     for (int a = 0, rest = int(p); a < D; ++a, rest /= count) particles.offset[p][a] = offsets[std::size_t(rest % count)];
-  transfer.gather(field, nullptr, {}, particles);
+  transfer.gather(blocks, field, nullptr, {}, particles);
   for (std::size_t p = 0; p < particles.size(); ++p)
     for (int a = 0; a < D; ++a) {
       const auto d = dense<Layout>(kernel, modes, particles.cell[p], particles.offset[p], a);
-      const Vector v = values_at<Layout>(d.node, field, lattice, a);
+      const Vector v = values_at<Layout>(d.node, field, blocks, a);
       const Vector c = d.q.partialPivLu().solve(v);
       for (std::size_t r = 0; r < modes.size(); ++r)
         ASSERT_NEAR(double(particles.component(p, a)[r]), c[int(r)], tolerance) << name_of(kernel) << " mode " << r << " at " << particles.offset[p].transpose();
@@ -174,35 +176,35 @@ template <class Layout>
 void expect_scatters_the_sum(Layout, Kernel kernel, const Lattice<Layout::kDimension>& lattice) {
   constexpr int D = Layout::kDimension;
   const auto modes = prefix<D>(kernel);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, modes);
   auto particles = random_particles<D, double>(lattice, 300, modes.size(), 11);
   for (std::size_t p = 0; p < particles.size(); ++p)   // both sides are reached
     if (p % 4 == 0) particles.cell[p].fill(p % 8 == 0 ? 0 : lattice.cells[0] - 1);
   const CellRanges ranges = sorted(particles, lattice);
   typename GridTransfer<Layout>::Grid grid;
-  transfer.scatter(particles, ranges, grid);
+  transfer.scatter(particles, ranges, blocks, grid);
 
-  std::vector<std::vector<double>> mass(D, std::vector<double>(lattice.size)), momentum = mass;
+  std::vector<std::vector<double>> mass(D, std::vector<double>(blocks.size())), momentum = mass;
   for (std::size_t p = 0; p < particles.size(); ++p)
     for (int a = 0; a < D; ++a) {
       const auto d = dense<Layout>(kernel, modes, particles.cell[p], particles.offset[p], a);
       const Vector v = d.q * Eigen::Map<const Vector>(particles.component(p, a).data(), Eigen::Index(modes.size()));
       for (std::size_t i = 0; i < d.node.size(); ++i) {
-        const auto at = std::size_t(lattice.index(lattice.wrapped(d.node[i])));
+        const auto at = std::size_t(blocks.index(d.node[i]));
         mass[a][at] += d.weight[int(i)];
         momentum[a][at] += d.weight[int(i)] * v[int(i)];
       }
     }
   std::size_t reached = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i) {
-      const auto at = std::size_t(lattice.index(lattice.wrapped(lattice.cell_at(std::ptrdiff_t(i)))));
+    for (const std::size_t i : places_of(blocks)) {
       const double found = Layout::mass(grid.mass, lattice_of_component<Layout>(a))[i];
-      ASSERT_NEAR(found, mass[a][at], 1e-12);
-      ASSERT_NEAR(found * Layout::at(grid.velocity, a, i), momentum[a][at], 1e-12);   // three hundred terms of order 1
+      ASSERT_NEAR(found, mass[a][i], 1e-12);
+      ASSERT_NEAR(found * Layout::at(grid.velocity, a, i), momentum[a][i], 1e-12);   // three hundred terms of order 1
       reached += found > 0;
     }
-  EXPECT_GT(reached, lattice.size / 4);
+  EXPECT_GT(reached, places_of(blocks).size() / 8);
 }
 
 TEST(BruteForce, ScattersTheSumOverParticles) {
@@ -233,15 +235,16 @@ TEST(BruteForce, InterpolatesWithTheKernelsWeights) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(6);
-    const auto field = random_field<Layout>(lattice, 5);
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+    const auto field = random_field<Layout>(blocks, 5);
     for (const Kernel kernel : kKernels) {
-      const GridTransfer<Layout> transfer(lattice, kernel, prefix<D>(kernel, 1));
+      const GridTransfer<Layout> transfer(kernel, prefix<D>(kernel, 1));
       const auto particles = random_particles<D, double>(lattice, 100, 1, 6);
       for (std::size_t p = 0; p < particles.size(); ++p) {
-        const Vec<D, double> v = transfer.velocity_at(field, {particles.cell[p], particles.offset[p]});
+        const Vec<D, double> v = transfer.velocity_at(blocks, field, {particles.cell[p], particles.offset[p]});
         for (int a = 0; a < D; ++a) {
           const auto d = dense<Layout>(kernel, transfer.modes(), particles.cell[p], particles.offset[p], a);
-          ASSERT_NEAR(v[a], d.weight.dot(values_at<Layout>(d.node, field, lattice, a)), 1e-15 * 8);
+          ASSERT_NEAR(v[a], d.weight.dot(values_at<Layout>(d.node, field, blocks, a)), 1e-15 * 8);
         }
       }
     }

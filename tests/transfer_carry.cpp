@@ -30,13 +30,14 @@ struct Move {
   static constexpr int D = Layout::kDimension;
   using Real = typename Layout::Real;
   Lattice<D> lattice = lattice_of<D>(5);
+  ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
   GridTransfer<Layout> transfer;
   Particles<D, Real> particles;
   Departure<D, Real> from;
   typename GridTransfer<Layout>::Mass mass;
 
   Move(const std::vector<ModeIndex<D>>& modes, std::size_t count)
-      : transfer(lattice, Kernel::quadratic, modes), particles(random_particles<D, Real>(lattice, count, modes.size(), 51)) {
+      : transfer(Kernel::quadratic, modes), particles(random_particles<D, Real>(lattice, count, modes.size(), 51)) {
     const auto other = random_particles<D, Real>(lattice, count, 1, 52);
     from = {other.cell, other.offset};
     move_near_edges<D, Real>(particles.offset, 53);
@@ -44,7 +45,7 @@ struct Move {
     typename GridTransfer<Layout>::Grid grid;
     auto sortable = particles;
     const CellRanges ranges = sorted(sortable, lattice);
-    transfer.scatter(sortable, ranges, grid);
+    transfer.scatter(sortable, ranges, blocks, grid);
     mass = grid.mass;
   }
 };
@@ -78,7 +79,7 @@ void expect_no_energy_made(Layout, std::size_t count, long double tolerance) {
   const auto modes = prefix<D>(Kernel::quadratic);
   Move<Layout> move(modes, count);
   const Particles<D, Real> before = move.particles;
-  const std::int64_t scaled = move.transfer.limit(move.from, move.mass, Carry::limited, move.particles);
+  const std::int64_t scaled = move.transfer.limit(move.blocks, move.from, move.mass, Carry::limited, move.particles);
   EXPECT_GT(scaled, std::int64_t(count));
   long double worst = 0, worst_fixed = 0;
   std::int64_t changed = 0;
@@ -109,7 +110,7 @@ TEST(Carry, TheLimiterKeepsMomentum) {
     for (const Carry carry : {Carry::limited, Carry::hybrid}) {
       Move<Layout> move(modes, 300);
       auto limited = move.particles;
-      ASSERT_GT(move.transfer.limit(move.from, move.mass, carry, limited), 0);
+      ASSERT_GT(move.transfer.limit(move.blocks, move.from, move.mass, carry, limited), 0);
       for (std::size_t p = 0; p < limited.size(); ++p)
         for (int a = 0; a < D; ++a)
           for (std::size_t r = 0; r < modes.size(); ++r)
@@ -119,8 +120,8 @@ TEST(Carry, TheLimiterKeepsMomentum) {
       const auto momenta = [&](Particles<D, double> particles) {
         const CellRanges ranges = sorted(particles, move.lattice);
         typename GridTransfer<Layout>::Grid grid;
-        move.transfer.scatter(particles, ranges, grid);
-        return move.transfer.sums(grid, particles.mass, kCell);
+        move.transfer.scatter(particles, ranges, move.blocks, grid);
+        return move.transfer.sums(move.blocks, grid, particles.mass, kCell);
       };
       const auto fixed = momenta(move.particles), kept = momenta(limited);
       const double scale = limited.mass * double(limited.size());
@@ -140,7 +141,7 @@ TEST(Carry, AllCarriesAreOneAtRest) {
       Move<Layout> move(prefix<D>(Kernel::quadratic), 500);
       for (std::size_t p = 0; p < 100; ++p) move.particles.offset[p].setConstant(p % 2 ? 0.5f : 0.0f);
       const auto before = move.particles.coefficients;
-      EXPECT_EQ(move.transfer.limit({move.particles.cell, move.particles.offset}, move.mass, carry, move.particles), 0);
+      EXPECT_EQ(move.transfer.limit(move.blocks, {move.particles.cell, move.particles.offset}, move.mass, carry, move.particles), 0);
       EXPECT_EQ(move.particles.coefficients, before);
     }
   });
@@ -149,7 +150,7 @@ TEST(Carry, AllCarriesAreOneAtRest) {
 TEST(Carry, FixedLeavesEverythingAsItIs) {
   Move<FaceLayout<3, float>> move(prefix<3>(Kernel::quadratic), 500);
   const auto before = move.particles.coefficients;
-  EXPECT_EQ(move.transfer.limit({}, {}, Carry::fixed, move.particles), 0);
+  EXPECT_EQ(move.transfer.limit(move.blocks, {}, {}, Carry::fixed, move.particles), 0);
   EXPECT_EQ(move.particles.coefficients, before);
 }
 
@@ -165,11 +166,11 @@ TEST(Carry, HybridLimitsBesideLightPlacesOnly) {
     for (auto& cell : crowd.cell) cell[0] %= 3;
     const CellRanges ranges = sorted(crowd, move.lattice);
     typename GridTransfer<Layout>::Grid grid;
-    move.transfer.scatter(crowd, ranges, grid);
+    move.transfer.scatter(crowd, ranges, move.blocks, grid);
 
     auto limited = move.particles, hybrid = move.particles;
-    move.transfer.limit(move.from, grid.mass, Carry::limited, limited);
-    move.transfer.limit(move.from, grid.mass, Carry::hybrid, hybrid);
+    move.transfer.limit(move.blocks, move.from, grid.mass, Carry::limited, limited);
+    move.transfer.limit(move.blocks, move.from, grid.mass, Carry::hybrid, hybrid);
     std::size_t inside = 0, rim = 0, mixed = 0;
     for (std::size_t p = 0; p < hybrid.size(); ++p) {
       int light_components = 0;
@@ -179,7 +180,7 @@ TEST(Carry, HybridLimitsBesideLightPlacesOnly) {
         for (int node = 0; node < int_power(3, D); ++node) {
           Cell<D> at;
           for (int b = 0, rest = node; b < D; ++b, rest /= 3) at[b] = stencil[b].base + rest % 3;
-          light |= Layout::mass(grid.mass, lattice_of_component<Layout>(a))[std::size_t(move.lattice.index(at))] < 0.05;
+          light |= Layout::mass(grid.mass, lattice_of_component<Layout>(a))[std::size_t(move.blocks.index(at))] < 0.05;
         }
         const auto expected = (light ? limited : move.particles).component(p, a), found = hybrid.component(p, a);
         ASSERT_TRUE(std::equal(expected.begin(), expected.end(), found.begin())) << p << ' ' << a;
@@ -200,17 +201,18 @@ TEST(Carry, HybridSeesAcrossPeriodicSides) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(8, true);
-    const GridTransfer<Layout> transfer(lattice, Kernel::quadratic, prefix<D>(Kernel::quadratic));
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+    const GridTransfer<Layout> transfer(Kernel::quadratic, prefix<D>(Kernel::quadratic));
     auto particles = random_particles<D, double>(lattice, std::size_t(8 * int_power(8, D)), transfer.modes().size(), 71);
     for (std::size_t p = 0; p < particles.size(); ++p)   // every cell alike: nothing is light
       for (int a = 0, rest = int(p / 8); a < D; ++a, rest /= 8) particles.cell[p][a] = rest % 8, particles.offset[p][a] = (p >> a & 1) ? 0.3 : 0.8;
     const CellRanges ranges = sorted(particles, lattice);
     typename GridTransfer<Layout>::Grid grid;
-    transfer.scatter(particles, ranges, grid);
+    transfer.scatter(particles, ranges, blocks, grid);
     const Departure<D, double> from{particles.cell, particles.offset};
     for (auto& offset : particles.offset) offset.array() += 0.17;
-    EXPECT_EQ(transfer.limit(from, grid.mass, Carry::hybrid, particles), 0);
-    EXPECT_GT(transfer.limit(from, grid.mass, Carry::limited, particles), 0);
+    EXPECT_EQ(transfer.limit(blocks, from, grid.mass, Carry::hybrid, particles), 0);
+    EXPECT_GT(transfer.limit(blocks, from, grid.mass, Carry::limited, particles), 0);
   });
 }
 

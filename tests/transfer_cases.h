@@ -49,21 +49,29 @@ Particles<D, Real> random_particles(const Lattice<D>& lattice, std::size_t count
   return p;
 }
 
+/// Indices of all places: a field has a value at each, and nothing else counts.
+template <int D>
+std::vector<std::size_t> places_of(const ActiveBlocks<D>& blocks) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    if (blocks.is_place(i)) places.push_back(i);
+  return places;
+}
+
 template <int D, class Real>
 CellRanges sorted(Particles<D, Real>& particles, const Lattice<D>& lattice) {
   return CanonicalOrder<D, Real>().sort(particles, lattice);
 }
 
-/// A field of numbers in [-1, 1), the same on images of one place.
+/// A field of numbers in [-1, 1).
 template <class Layout>
-typename Layout::Field random_field(const Lattice<Layout::kDimension>& lattice, unsigned seed) {
+typename Layout::Field random_field(const ActiveBlocks<Layout::kDimension>& blocks, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> velocity(-1, 1);
   typename Layout::Field field;
-  Layout::clear(field, lattice.size);
+  Layout::clear(field, blocks.size());
   for (int c = 0; c < Layout::kDimension; ++c)
-    for (std::size_t i = 0; i < lattice.size; ++i) Layout::at(field, c, i) = typename Layout::Real(velocity(random));
-  fill_images(field, lattice);
+    for (const std::size_t i : places_of(blocks)) Layout::at(field, c, i) = typename Layout::Real(velocity(random));
   return field;
 }
 

@@ -16,17 +16,18 @@ double round_trip_loss(Layout, Kernel kernel, const std::vector<ModeIndex<Layout
   constexpr int D = Layout::kDimension;
   using Real = typename Layout::Real;
   const Lattice<D> lattice = lattice_of<D>(6, periodic);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, modes);
   auto particles = random_particles<D, Real>(lattice, count, modes.size(), unsigned(count));
-  const auto field = random_field<Layout>(lattice, 2);
+  const auto field = random_field<Layout>(blocks, 2);
   const CellRanges ranges = sorted(particles, lattice);
-  transfer.gather(field, nullptr, {}, particles);
+  transfer.gather(blocks, field, nullptr, {}, particles);
   typename GridTransfer<Layout>::Grid grid;
-  transfer.scatter(particles, ranges, grid);
+  transfer.scatter(particles, ranges, blocks, grid);
   double worst = 0;
   std::size_t reached = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i)
+    for (const std::size_t i : places_of(blocks))
       if (double(Layout::mass(grid.mass, lattice_of_component<Layout>(a))[i]) > lightest) {
         worst = std::max(worst, double(std::abs(Layout::at(grid.velocity, a, i) - Layout::at(field, a, i))));
         ++reached;
@@ -114,10 +115,11 @@ template <class Basis, class Layout>
 void expect_local_momentum_kept(const std::vector<ModeIndex<Layout::kDimension>>& modes) {
   constexpr int D = Layout::kDimension, n = Basis::kNodes;
   const Lattice<D> lattice = lattice_of<D>(5);
-  const GridTransfer<Layout> transfer(lattice, n == 2 ? Kernel::linear : Kernel::quadratic, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(n == 2 ? Kernel::linear : Kernel::quadratic, modes);
   auto particles = random_particles<D, double>(lattice, 20, modes.size(), 21);
-  const auto field = random_field<Layout>(lattice, 22);
-  transfer.gather(field, nullptr, {}, particles);
+  const auto field = random_field<Layout>(blocks, 22);
+  transfer.gather(blocks, field, nullptr, {}, particles);
   std::vector<double> largest(D == 2 ? 3 : 6);
   for (std::size_t p = 0; p < particles.size(); ++p) {
     std::array<Tensor<double, n, D>, D> v, fitted;
@@ -126,7 +128,7 @@ void expect_local_momentum_kept(const std::vector<ModeIndex<Layout::kDimension>>
       for (int i = 0; i < int(v[a].size()); ++i) {
         Cell<D> at;
         for (int b = D - 1, rest = i; b >= 0; --b, rest /= n) at[b] = stencil[b].base + rest % n;
-        v[a][std::size_t(i)] = Layout::at(field, a, std::size_t(lattice.index(at)));
+        v[a][std::size_t(i)] = Layout::at(field, a, std::size_t(blocks.index(at)));
       }
       fitted[a] = {};
       for (std::size_t r = 0; r < modes.size(); ++r) fitted[a][std::size_t(tensor_place<n, D>(modes[r]))] = particles.component(p, a)[r];
@@ -166,7 +168,8 @@ template <class Layout>
 void expect_momentum_kept(Layout, Kernel kernel, const std::vector<ModeIndex<Layout::kDimension>>& modes, bool periodic, double tolerance) {
   constexpr int D = Layout::kDimension;
   const Lattice<D> lattice = lattice_of<D>(6, periodic);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, modes);
   auto particles = random_particles<D, typename Layout::Real>(lattice, 500, modes.size(), 3);
   const auto before = transfer.sums(particles, kCell);
   const double scale = particles.mass * double(particles.size());
@@ -175,14 +178,14 @@ void expect_momentum_kept(Layout, Kernel kernel, const std::vector<ModeIndex<Lay
 
   const CellRanges ranges = sorted(particles, lattice);
   typename GridTransfer<Layout>::Grid grid;
-  transfer.scatter(particles, ranges, grid);
-  const auto on_grid = transfer.sums(grid, particles.mass, kCell);
+  transfer.scatter(particles, ranges, blocks, grid);
+  const auto on_grid = transfer.sums(blocks, grid, particles.mass, kCell);
   EXPECT_LE((on_grid.linear_momentum - before.linear_momentum).norm(), tolerance * scale);
   if (!periodic) {
     EXPECT_LE((on_grid.angular_momentum - before.angular_momentum).norm(), tolerance * scale);
   }
 
-  transfer.gather(grid.velocity, nullptr, {}, particles);
+  transfer.gather(blocks, grid.velocity, nullptr, {}, particles);
   const auto after = transfer.sums(particles, kCell);
   EXPECT_LE((after.linear_momentum - before.linear_momentum).norm(), tolerance * scale);
   if (modes.size() > D && !periodic) {
@@ -210,7 +213,8 @@ std::array<double, 2> drift_over_a_move(Layout, Kernel kernel, const std::vector
   constexpr int D = Layout::kDimension;
   using Real = typename Layout::Real;
   const Lattice<D> lattice = lattice_of<D>(12);
-  const GridTransfer<Layout> transfer(lattice, kernel, modes);
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, modes);
   auto particles = random_particles<D, Real>(lattice, std::size_t(int_power(6, D) * 4), modes.size(), 31, 3);
   const auto start = transfer.sums(particles, kCell);
   const double mass = particles.mass * double(particles.size()), size = 12 * kCell;
@@ -220,8 +224,8 @@ std::array<double, 2> drift_over_a_move(Layout, Kernel kernel, const std::vector
   for (int step = 0; step < steps; ++step) {
     const CellRanges ranges = sorted(particles, lattice);
     typename GridTransfer<Layout>::Grid grid;
-    transfer.scatter(particles, ranges, grid);
-    transfer.gather(grid.velocity, nullptr, {}, particles);
+    transfer.scatter(particles, ranges, blocks, grid);
+    transfer.gather(blocks, grid.velocity, nullptr, {}, particles);
     Real fastest = 0;
     for (std::size_t p = 0; p < particles.size(); ++p) fastest = std::max(fastest, particles.velocity(p).norm());
     for (std::size_t p = 0; p < particles.size(); ++p) {
@@ -274,16 +278,17 @@ TEST(Conservation, FlipKeepsWhatTheGridDidNotChange) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(6);
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
     for (const Kernel kernel : kKernels) {
-      const GridTransfer<Layout> transfer(lattice, kernel, mode_set<D>(Transfer::flip, kernel, {}));
+      const GridTransfer<Layout> transfer(kernel, mode_set<D>(Transfer::flip, kernel, {}));
       auto particles = random_particles<D, double>(lattice, 300, 1, 5);
       const CellRanges ranges = sorted(particles, lattice);
       typename GridTransfer<Layout>::Grid grid;
-      transfer.scatter(particles, ranges, grid);
+      transfer.scatter(particles, ranges, blocks, grid);
       const std::vector<double> before = particles.coefficients;
-      transfer.gather(grid.velocity, &grid.velocity, {true, 1.0}, particles);
+      transfer.gather(blocks, grid.velocity, &grid.velocity, {true, 1.0}, particles);
       for (std::size_t i = 0; i < before.size(); ++i) ASSERT_NEAR(particles.coefficients[i], before[i], 1e-14);
-      transfer.gather(grid.velocity, &grid.velocity, {true, 0.0}, particles);
+      transfer.gather(blocks, grid.velocity, &grid.velocity, {true, 0.0}, particles);
       double change = 0;
       for (std::size_t i = 0; i < before.size(); ++i) change = std::max(change, std::abs(particles.coefficients[i] - before[i]));
       EXPECT_GT(change, 0.1);
@@ -297,21 +302,22 @@ TEST(Conservation, TooLightAPlaceIsInvalidAndCounted) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(6);
-    const GridTransfer<Layout> transfer(lattice, Kernel::linear, prefix<D>(Kernel::linear));
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+    const GridTransfer<Layout> transfer(Kernel::linear, prefix<D>(Kernel::linear));
     auto particles = random_particles<D, double>(lattice, 1, transfer.modes().size(), 41);
     particles.cell[0].fill(2);
     particles.offset[0].setConstant(0.25);
     particles.offset[0][0] = 1e-30;   // the weight of the node on the right
     const CellRanges ranges = sorted(particles, lattice);
     typename GridTransfer<Layout>::Grid grid;
-    transfer.scatter(particles, ranges, grid);
+    transfer.scatter(particles, ranges, blocks, grid);
     // The first axis is uncentred for one component on faces, for all on nodes.
     EXPECT_EQ(Layout::light(grid), int_power(2, D - 1));
-    const auto light = std::size_t(lattice.index([] { Cell<D> c; c.fill(2); c[0] = 3; return c; }()));
+    const auto light = std::size_t(blocks.index([] { Cell<D> c; c.fill(2); c[0] = 3; return c; }()));
     EXPECT_GT(Layout::mass(grid.mass, 0)[light], 0);
     EXPECT_EQ(Layout::at(grid.velocity, 0, light), 0);
     particles.offset[0][0] = 1e-20;
-    transfer.scatter(particles, ranges, grid);
+    transfer.scatter(particles, ranges, blocks, grid);
     EXPECT_EQ(Layout::light(grid), 0);
     EXPECT_NE(Layout::at(grid.velocity, 0, light), 0);
   });

@@ -31,12 +31,12 @@ Cell<D> permuted(const Cell<D>& at, const std::array<int, D>& to) {
 
 /// What particles at random places bring back to the grid of a field.
 template <class Layout>
-auto filtered(const GridTransfer<Layout>& transfer, const Lattice<Layout::kDimension>& lattice, const typename Layout::Field& field,
+auto filtered(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
               Particles<Layout::kDimension, double> particles) {
-  const CellRanges ranges = sorted(particles, lattice);
-  transfer.gather(field, nullptr, {}, particles);
+  const CellRanges ranges = sorted(particles, blocks.lattice());
+  transfer.gather(blocks, field, nullptr, {}, particles);
   typename GridTransfer<Layout>::Grid grid;
-  transfer.scatter(particles, ranges, grid);
+  transfer.scatter(particles, ranges, blocks, grid);
   return grid;
 }
 
@@ -45,23 +45,24 @@ template <class Layout>
 double permutation_defect(Layout, std::size_t count, const std::array<int, Layout::kDimension>& to) {
   constexpr int D = Layout::kDimension;
   const Lattice<D> lattice = lattice_of<D>(5);
-  const GridTransfer<Layout> transfer(lattice, Kernel::quadratic, prefix<D>(Kernel::quadratic, count));
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(Kernel::quadratic, prefix<D>(Kernel::quadratic, count));
   const auto particles = exact_particles<D, double>(lattice, std::size_t(2 * int_power(5, D)), count, 3);
-  const auto field = random_field<Layout>(lattice, 4);
+  const auto field = random_field<Layout>(blocks, 4);
   auto moved_particles = particles;
   auto moved_field = field;
   for (std::size_t p = 0; p < particles.size(); ++p) {
     moved_particles.cell[p] = permuted<D>(particles.cell[p], to);
     for (int a = 0; a < D; ++a) moved_particles.offset[p][a] = particles.offset[p][to[a]];
   }
-  const auto moved_index = [&](std::size_t i) { return std::size_t(lattice.index(permuted<D>(lattice.cell_at(std::ptrdiff_t(i)), to))); };
+  const auto moved_index = [&](std::size_t i) { return std::size_t(blocks.index(permuted<D>(blocks.cell_at(i), to))); };
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i) Layout::at(moved_field, a, moved_index(i)) = Layout::at(field, to[a], i);
+    for (const std::size_t i : places_of(blocks)) Layout::at(moved_field, a, moved_index(i)) = Layout::at(field, to[a], i);
 
-  const auto grid = filtered<Layout>(transfer, lattice, field, particles), moved = filtered<Layout>(transfer, lattice, moved_field, moved_particles);
+  const auto grid = filtered<Layout>(transfer, blocks, field, particles), moved = filtered<Layout>(transfer, blocks, moved_field, moved_particles);
   double worst = 0, largest = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i) {
+    for (const std::size_t i : places_of(blocks)) {
       worst = std::max(worst, std::abs(Layout::at(moved.velocity, a, moved_index(i)) - Layout::at(grid.velocity, to[a], i)));
       largest = std::max(largest, std::abs(Layout::at(grid.velocity, a, i)));
     }
@@ -97,7 +98,8 @@ template <class Layout>
 void expect_mirrored(Layout, Kernel kernel, std::size_t count, int axis) {
   constexpr int D = Layout::kDimension;
   const Lattice<D> lattice = lattice_of<D>(5);
-  const GridTransfer<Layout> transfer(lattice, kernel, prefix<D>(kernel, count));
+  const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
+  const GridTransfer<Layout> transfer(kernel, prefix<D>(kernel, count));
   auto particles = exact_particles<D, double>(lattice, std::size_t(2 * int_power(5, D)), count, 5);
   auto mirrored = particles;
   for (std::size_t p = 0; p < particles.size(); ++p) {
@@ -109,16 +111,16 @@ void expect_mirrored(Layout, Kernel kernel, std::size_t count, int axis) {
   }
   const CellRanges ranges = sorted(particles, lattice), mirrored_ranges = sorted(mirrored, lattice);
   typename GridTransfer<Layout>::Grid grid, image;
-  transfer.scatter(particles, ranges, grid);
-  transfer.scatter(mirrored, mirrored_ranges, image);
+  transfer.scatter(particles, ranges, blocks, grid);
+  transfer.scatter(mirrored, mirrored_ranges, blocks, image);
   double largest = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice.size; ++i) {
+    for (const std::size_t i : places_of(blocks)) {
       const int l = lattice_of_component<Layout>(a);
       if (!(Layout::mass(grid.mass, l)[i] > 0)) continue;
-      Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
+      Cell<D> at = blocks.cell_at(i);
       at[axis] = lattice.cells[axis] - at[axis] - (Layout::centred(l, axis) ? 1 : 0);
-      const auto j = std::size_t(lattice.index(at));
+      const auto j = std::size_t(blocks.index(at));
       ASSERT_NEAR(Layout::mass(image.mass, l)[j], Layout::mass(grid.mass, l)[i], 1e-13);
       ASSERT_NEAR(Layout::at(image.velocity, a, j), (a == axis ? -1 : 1) * Layout::at(grid.velocity, a, i), 1e-12) << count << " modes";
       largest = std::max(largest, std::abs(Layout::at(grid.velocity, a, i)));
@@ -144,11 +146,12 @@ struct Outcome {
 
 template <class Layout>
 Outcome<Layout> outcome(const Lattice<Layout::kDimension>& lattice, Kernel kernel, Particles<Layout::kDimension, typename Layout::Real> particles) {
-  const GridTransfer<Layout> transfer(lattice, kernel, prefix<Layout::kDimension>(kernel, std::size_t(particles.modes)));
+  const GridTransfer<Layout> transfer(kernel, prefix<Layout::kDimension>(kernel, std::size_t(particles.modes)));
+  const auto blocks = ActiveBlocks<Layout::kDimension>::whole(lattice);
   const CellRanges ranges = sorted(particles, lattice);
   Outcome<Layout> o;
-  transfer.scatter(particles, ranges, o.grid);
-  transfer.gather(o.grid.velocity, nullptr, {}, particles);
+  transfer.scatter(particles, ranges, blocks, o.grid);
+  transfer.gather(blocks, o.grid.velocity, nullptr, {}, particles);
   o.particles = std::move(particles);
   return o;
 }
@@ -177,6 +180,7 @@ TEST(Symmetry, AShiftByEightCellsOrSixteenKeepsTheBits) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(D == 2 ? 32 : 24);
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
     for (const Kernel kernel : kKernels) {
       auto particles = random_particles<D, float>(lattice, 1500, prefix<D>(kernel).size(), 7, D == 2 ? 8 : 6);
       for (auto& cell : particles.cell)
@@ -197,6 +201,7 @@ TEST(Symmetry, AShiftAroundPeriodicSidesKeepsTheBits) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(D == 2 ? 24 : 16, true);
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
     for (const Kernel kernel : kKernels) {
       const auto particles = random_particles<D, float>(lattice, D == 2 ? 2000 : 8000, prefix<D>(kernel).size(), 8);
       const Outcome<Layout> here = outcome<Layout>(lattice, kernel, particles);
@@ -208,16 +213,16 @@ TEST(Symmetry, AShiftAroundPeriodicSidesKeepsTheBits) {
       const Outcome<Layout> there = outcome<Layout>(lattice, kernel, shifted);
       EXPECT_EQ(by_id(here.particles), by_id(there.particles));
       std::size_t compared = 0;
-      for (std::size_t i = 0; i < lattice.size; ++i) {
-        Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
+      for (const std::size_t i : places_of(blocks)) {
+        Cell<D> at = blocks.cell_at(i);
         at[0] += 8, at[D - 1] += 8;
-        const auto j = std::size_t(lattice.index(lattice.wrapped(at)));
+        const auto j = std::size_t(blocks.index(at));
         for (int a = 0; a < D; ++a) {
           ASSERT_EQ(Layout::at(here.grid.velocity, a, i), Layout::at(there.grid.velocity, a, j));
           ++compared;
         }
       }
-      EXPECT_EQ(compared, D * lattice.size);
+      EXPECT_EQ(compared, D * std::size_t(int_power(lattice.cells[0], D)));
     }
   });
 }
@@ -229,6 +234,7 @@ TEST(Symmetry, AnyNumberOfThreadsGivesTheSameBits) {
     for (const Kernel kernel : kKernels)
       for (const bool periodic : {false, true}) {
         const Lattice<D> lattice = lattice_of<D>(D == 2 ? 45 : 21, periodic);   // no whole number of blocks
+        const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
         const auto particles = random_particles<D, float>(lattice, 10000, prefix<D>(kernel).size(), 9);
         const auto with_threads = [&](std::size_t threads) {
           const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -246,6 +252,7 @@ TEST(Symmetry, AnyOrderOfStorageGivesTheSameBits) {
     using Layout = decltype(layout);
     constexpr int D = Layout::kDimension;
     const Lattice<D> lattice = lattice_of<D>(9);
+    const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
     const auto particles = random_particles<D, float>(lattice, 3000, prefix<D>(Kernel::quadratic, 4).size(), 10);
     auto shuffled = particles;
     std::vector<std::size_t> order(particles.size());
@@ -278,6 +285,7 @@ TEST(Symmetry, BlocksOfOneColourReachNoCommonNode) {
   for (int edge = 1; edge <= 40; ++edge)
     for (const bool periodic : {false, true}) {
       const Lattice<2> lattice({edge, 1}, {periodic, false});
+      const ActiveBlocks<2> blocks = ActiveBlocks<2>::whole(lattice);
       std::map<std::pair<std::size_t, int>, int> reached_by;   // colour, node: the block
       for (int b = 0; b < lattice.blocks[0]; ++b) {
         const std::size_t colour = lattice.colour({b, 0});
@@ -286,15 +294,6 @@ TEST(Symmetry, BlocksOfOneColourReachNoCommonNode) {
           ASSERT_EQ((reached_by.try_emplace({colour, lattice.wrapped({node, 0})[0]}, b).first->second), b) << edge << " cells";
       }
     }
-}
-
-// The ring repeats the other side, corners included, and nothing else changes.
-TEST(Images, RepeatTheOtherSideOfPeriodicAxes) {
-  Lattice<3> lattice({4, 5, 6}, {true, false, true});
-  std::vector<int> field(lattice.size);
-  for (std::size_t i = 0; i < lattice.size; ++i) field[i] = int(i);
-  fill_images(field, lattice);
-  for (std::size_t i = 0; i < lattice.size; ++i) EXPECT_EQ(field[i], lattice.index(lattice.wrapped(lattice.cell_at(std::ptrdiff_t(i)))));
 }
 
 TEST(Site, AnOffsetThatRoundsToOneIsTheNextCell) {

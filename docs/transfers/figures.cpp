@@ -24,7 +24,7 @@ constexpr Scheme kSchemes[] = {{"PIC", Transfer::pic, Kernel::quadratic, 0},    
                                {"PolyPIC 9", Transfer::polypic, Kernel::quadratic, 9}, {"linear APIC", Transfer::apic, Kernel::linear, 0},
                                {"linear PolyPIC 4", Transfer::polypic, Kernel::linear, 4}};
 
-const Lattice<2> kLattice({kCells, kCells}, {true, true});
+const ActiveBlocks<2> kBlocks = ActiveBlocks<2>::whole(Lattice<2>({kCells, kCells}, {true, true}));
 
 /// Two by two particles a cell, each somewhere in its quarter.
 Particles<2, double> stratified(int modes) {
@@ -47,8 +47,8 @@ template <class Value>
 FaceField<2, double> field_of(const Value& value) {
   FaceField<2, double> field;
   for (std::size_t c = 0; c < 2; ++c) {
-    field[c].resize(kLattice.size);
-    for (std::size_t i = 0; i < kLattice.size; ++i) field[c][i] = value(c, kLattice.wrapped(kLattice.cell_at(std::ptrdiff_t(i))));
+    field[c].resize(kBlocks.size());
+    for (std::size_t i = 0; i < kBlocks.size(); ++i) field[c][i] = value(c, kBlocks.cell_at(i));
   }
   return field;
 }
@@ -64,8 +64,7 @@ FaceField<2, double> vortices(double wavelength) {
 double energy(const FaceField<2, double>& field) {
   double sum = 0;
   for (const auto& component : field)
-    for (std::size_t i = 0; i < kLattice.size; ++i)
-      if (kLattice.inside(kLattice.cell_at(std::ptrdiff_t(i)))) sum += component[i] * component[i];
+    for (const double v : component) sum += v * v;
   return sum;
 }
 
@@ -73,12 +72,12 @@ double energy(const FaceField<2, double>& field) {
 class RoundTrip {
  public:
   explicit RoundTrip(const Scheme& scheme)
-      : transfer_(kLattice, scheme.kernel, mode_set<2>(scheme.transfer, scheme.kernel, {.count = scheme.modes, .name = {}})),
-        particles_(stratified(int(transfer_.modes().size()))), ranges_(CanonicalOrder<2, double>().sort(particles_, kLattice)) {}
+      : transfer_(scheme.kernel, mode_set<2>(scheme.transfer, scheme.kernel, {.count = scheme.modes, .name = {}})),
+        particles_(stratified(int(transfer_.modes().size()))), ranges_(CanonicalOrder<2, double>().sort(particles_, kBlocks.lattice())) {}
   FaceField<2, double> operator()(const FaceField<2, double>& field) {
-    transfer_.gather(field, nullptr, {}, particles_);
+    transfer_.gather(kBlocks, field, nullptr, {}, particles_);
     MacVelocity<2, double> grid;
-    transfer_.scatter(particles_, ranges_, grid);
+    transfer_.scatter(particles_, ranges_, kBlocks, grid);
     return grid.velocity;
   }
 
@@ -105,7 +104,7 @@ void print_row() {
   for (const Scheme& scheme : kSchemes) after.push_back(RoundTrip(scheme)(field));
   print_names("grid");
   for (int i = 0; i <= 16; ++i) {
-    const auto place = std::size_t(kLattice.index({i + 10, 20}));
+    const auto place = std::size_t(kBlocks.index({i + 10, 20}));
     std::printf("%.6f", field[0][place]);
     for (const auto& f : after) std::printf(" %.6f", f[0][place]);
     std::printf("\n");

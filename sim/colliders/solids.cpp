@@ -1,6 +1,7 @@
 #include "sim/colliders/solids.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace sim {
 namespace {
@@ -30,16 +31,40 @@ void stop_at_wall(Real& velocity, Real outward) {
 
 template <int D>
 Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
-    : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), solid(grid.size, 1) {
+    : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid) {
   for (const Collider& collider : scene.colliders)
     for (const Shape& shape : with_images(continued_through_walls(collider.shape, scene.options), scene.options)) shapes.push_back(shape);
-  for (std::size_t i = 0; i < lattice.size; ++i) {
-    const Cell<D> at = lattice.wrapped(lattice.cell_at(std::ptrdiff_t(i)));
-    if (!lattice.inside(at)) continue;
-    base::Vec3 middle = origin;
-    for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
-    solid[i] = std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0; });
+}
+
+template <int D>
+bool Solids<D>::solid(const Cell<D>& place) const {
+  const Cell<D> at = lattice.wrapped(place);
+  if (!lattice.inside(at)) return true;
+  base::Vec3 middle = origin;
+  for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
+  return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0; });
+}
+
+template <int D>
+auto Solids<D>::solid_cells(const Cell<D>& block) const -> std::bitset<std::size_t(Lattice<D>::kCellsPerBlock)> {
+  std::bitset<std::size_t(Lattice<D>::kCellsPerBlock)> solid;
+  bool inside = true;                                          // the domain
+  base::Vec3 centre = origin;
+  for (int a = 0; a < D; ++a) {
+    inside = inside && block[a] >= 0 && (block[a] + 1) * Lattice<D>::kBlock <= lattice.cells[a];
+    centre[a] += (block[a] + 0.5) * Lattice<D>::kBlock * cell;
   }
+  const double far = 0.5 * Lattice<D>::kBlock * std::sqrt(double(D)) * cell;
+  const auto near = [&](const Shape& s) { return std::abs(s.distance(centre)) <= far; };
+  if (inside && std::none_of(shapes.begin(), shapes.end(), near)) {
+    if (std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(centre) < 0; })) solid.set();
+    return solid;
+  }
+  for (int local = 0; local < Lattice<D>::kCellsPerBlock; ++local) {
+    const Cell<D> at = Lattice<D>::cell_in(block, local);
+    solid[std::size_t(local)] = !lattice.inside(at) || this->solid(at);
+  }
+  return solid;
 }
 
 template <int D>

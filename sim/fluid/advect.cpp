@@ -31,15 +31,15 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
 }  // namespace
 
 template <int D, class Real>
-void advect(const MacTransfer<D, Real>& transfer, const FaceField<D, Real>& velocity, double dt, const Solids<D>& solids,
-            Particles<D, Real>& particles) {
+void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
+            const Solids<D>& solids, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
   base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       Site<D, Real> site{particles.cell[p], particles.offset[p]}, middle = site;
-      middle.move(Real(0.5) * cells * transfer.velocity_at(velocity, site));
+      middle.move(Real(0.5) * cells * transfer.velocity_at(blocks, velocity, site));
       keep_inside<D, Real>(middle, solids.lattice);
-      site.move(cells * transfer.velocity_at(velocity, middle));
+      site.move(cells * transfer.velocity_at(blocks, velocity, middle));
       particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
     }
@@ -71,10 +71,14 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
   }, [](const Contacts& a, const Contacts& b) { return Contacts{a.pushed_out + b.pushed_out, a.dropped_modes + b.dropped_modes}; });
 }
 
-template void advect(const MacTransfer<2, float>&, const FaceField<2, float>&, double, const Solids<2>&, Particles<2, float>&);
-template void advect(const MacTransfer<2, double>&, const FaceField<2, double>&, double, const Solids<2>&, Particles<2, double>&);
-template void advect(const MacTransfer<3, float>&, const FaceField<3, float>&, double, const Solids<3>&, Particles<3, float>&);
-template void advect(const MacTransfer<3, double>&, const FaceField<3, double>&, double, const Solids<3>&, Particles<3, double>&);
+template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, const Solids<2>&,
+                     Particles<2, float>&);
+template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, const Solids<2>&,
+                     Particles<2, double>&);
+template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, const Solids<3>&,
+                     Particles<3, float>&);
+template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, const Solids<3>&,
+                     Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);
 template Contacts push_out<3, float>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, float>&);

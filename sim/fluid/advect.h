@@ -8,7 +8,8 @@ namespace sim {
 /// Explicit midpoint (RK2) over dt [s]: x += dt v(x + dt/2 v(x)). Who leaves through a periodic side comes in at the other; who leaves
 /// through a wall is push_out's.
 template <int D, class Real>
-void advect(const MacTransfer<D, Real>&, const FaceField<D, Real>& velocity, double dt, const Solids<D>&, Particles<D, Real>&);
+void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, const Solids<D>&,
+            Particles<D, Real>&);
 
 struct Contacts {
   std::int64_t pushed_out = 0;      // particles that had to be moved

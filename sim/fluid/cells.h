@@ -4,16 +4,16 @@
 #include <vector>
 
 #include "sim/colliders/solids.h"
-#include "sim/transfer/order.h"
+#include "sim/transfer/blocks.h"
 
 namespace sim {
 
 enum class CellKind : std::uint8_t { air, liquid, solid };
 
-/// Solid where the solids say so (a solid cell never becomes liquid); liquid where a particle is, and in a cell without one whose
-/// neighbours across all faces are liquid or solid: a gap between particles, which must not draw liquid in as the air above a surface
-/// does. Air elsewhere: pressure 0. Without a free surface all that is not solid is liquid. Images on periodic axes are filled.
+/// Of every place of the active blocks. Solid where the solids say so (a solid cell never becomes liquid); liquid where a particle is, and in
+/// a cell without one whose neighbours across all faces are liquid or solid: a gap between particles, which must not draw liquid in as the
+/// air above a surface does. Air elsewhere, and where no block is active: pressure 0. Without a free surface all that is not solid is liquid.
 template <int D>
-std::vector<CellKind> classify_cells(const CellRanges&, const Solids<D>&, bool free_surface = true);
+std::vector<CellKind> classify_cells(const CellRanges&, const ActiveBlocks<D>&, const Solids<D>&, bool free_surface = true);
 
 }  // namespace sim

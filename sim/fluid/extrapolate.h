@@ -6,13 +6,13 @@
 
 namespace sim {
 
-/// Which faces hold a velocity, by lattice index: 1 valid, 0 not.
+/// Which faces hold a velocity, indexed by ActiveBlocks: 1 valid, 0 not.
 template <int D>
 struct FaceMask : std::array<std::vector<std::uint8_t>, std::size_t(D)> {};
 
 /// Fills faces that are not valid, layer after layer, each with the mean of its axis neighbours in earlier layers. `layers` cells deep;
-/// faces beyond get 0. On periodic axes what lies across a side counts, and images are filled.
+/// faces beyond get 0. On periodic axes what lies across a side counts.
 template <int D, class Real>
-void extrapolate(FaceField<D, Real>&, const FaceMask<D>& valid, const Lattice<D>&, int layers);
+void extrapolate(FaceField<D, Real>&, const FaceMask<D>& valid, const ActiveBlocks<D>&, int layers);
 
 }  // namespace sim

@@ -24,13 +24,23 @@ Lattice<D> make_lattice(const Options& o) {
   return Lattice<D>(cells, periodic);
 }
 
-/// A particle in every cell that is not solid: there is no air, and an incompressible liquid never gets any.
+/// A particle in every cell that is not solid: there is no air, and an incompressible liquid never gets any. Ends at the first cell without.
 template <int D, class Real>
 bool fills_the_domain(const Particles<D, Real>& particles, const Solids<D>& solids) {
-  std::vector<std::uint8_t> filled = solids.solid;
-  for (const Cell<D>& cell : particles.cell) filled[std::size_t(solids.lattice.index(cell))] = 1;
-  for (std::size_t i = 0; i < filled.size(); ++i)
-    if (!filled[i] && solids.lattice.inside(solids.lattice.cell_at(std::ptrdiff_t(i)))) return false;
+  const Lattice<D>& lattice = solids.lattice;
+  std::vector<std::int64_t> keys;
+  for (const Cell<D>& cell : particles.cell)
+    if (const std::int64_t key = lattice.key(cell); keys.empty() || keys.back() != key) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  KeyTable filled;
+  filled.build(keys);
+  for (Cell<D> at{}; at[0] < lattice.cells[0];) {
+    if (filled.find(lattice.key(at)) < 0 && !solids.solid(at)) return false;
+    int a = D - 1;
+    while (a > 0 && at[a] + 1 == lattice.cells[a]) at[a--] = 0;
+    ++at[a];
+  }
   return true;
 }
 

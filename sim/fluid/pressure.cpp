@@ -8,37 +8,39 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/fluid/poisson.h"
-#include "sim/transfer/images.h"
 
 namespace sim {
 namespace {
 
-/// Liquid cells in ascending lattice index; number[cell] is the unknown or kNone, of an image that of its cell.
+/// Liquid cells in ascending index; number[cell] is the unknown or kNone.
 struct Numbering {
   std::vector<std::uint32_t> cell;
   std::vector<std::int32_t> number;
 };
 
+CellKind kind_of(const std::vector<CellKind>& kind, std::ptrdiff_t cell) {
+  return value_at(kind, cell, CellKind::air);
+}
+
 template <int D>
-Numbering number_cells(const std::vector<CellKind>& kind, const Lattice<D>& lattice) {
+Numbering number_cells(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   Numbering n;
   n.number.assign(kind.size(), PoissonSystem::kNone);
   for (std::size_t i = 0; i < kind.size(); ++i) {
-    if (kind[i] != CellKind::liquid || !lattice.inside(lattice.cell_at(std::ptrdiff_t(i)))) continue;
+    if (kind[i] != CellKind::liquid || !blocks.is_place(i)) continue;
     // A liquid cell shut in by solids on all sides has no face that moves: nothing to solve.
     bool moves = false;
     for (int a = 0; a < D; ++a)
-      moves = moves || kind[i - std::size_t(lattice.stride[a])] != CellKind::solid || kind[i + std::size_t(lattice.stride[a])] != CellKind::solid;
+      for (const int side : {0, 1}) moves = moves || kind_of(kind, blocks.neighbour(i, a, side)) != CellKind::solid;
     if (!moves) continue;
     n.number[i] = std::int32_t(n.cell.size());
     n.cell.push_back(std::uint32_t(i));
   }
-  fill_images(n.number, lattice);
   return n;
 }
 
 template <int D>
-PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind, const Lattice<D>& lattice) {
+PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   PoissonSystem s;
   s.dimension = D;
   s.neighbour.resize(n.cell.size());
@@ -49,10 +51,10 @@ PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind
       double open = 0;
       for (int a = 0; a < D; ++a)
         for (int side = 0; side < 2; ++side) {
-          const std::size_t other = n.cell[i] + std::size_t(side ? lattice.stride[a] : -lattice.stride[a]);
-          if (kind[other] == CellKind::solid) continue;
+          const std::ptrdiff_t other = blocks.neighbour(n.cell[i], a, side);
+          if (kind_of(kind, other) == CellKind::solid) continue;
           open += 1;
-          s.neighbour[i][2 * a + side] = n.number[other];
+          s.neighbour[i][2 * a + side] = value_at(n.number, other, PoissonSystem::kNone);
         }
       s.diagonal[i] = open;
     }
@@ -62,12 +64,12 @@ PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind
 
 /// Net outflow of every unknown's cell [m/s].
 template <int D, class Real>
-std::vector<double> outflow(const FaceField<D, Real>& v, const Numbering& n, const Lattice<D>& lattice) {
+std::vector<double> outflow(const FaceField<D, Real>& v, const Numbering& n, const ActiveBlocks<D>& blocks) {
   std::vector<double> out(n.cell.size());
   base::parallel_chunks(n.cell.size(), 8192, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       double sum = 0;
-      for (int a = 0; a < D; ++a) sum += double(v[a][n.cell[i] + std::size_t(lattice.stride[a])]) - double(v[a][n.cell[i]]);
+      for (int a = 0; a < D; ++a) sum += double(value_at(v[a], blocks.neighbour(n.cell[i], a, 1), Real(0))) - double(v[a][n.cell[i]]);
       out[i] = sum;
     }
   });
@@ -104,13 +106,12 @@ void find_pockets(PoissonSystem& s) {
 
 /// Solid faces get the solid's velocity, 0. A face is valid when liquid touches it.
 template <int D, class Real>
-void hold_solids(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const Lattice<D>& lattice, FaceMask<D>& valid) {
+void hold_solids(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
   for (int a = 0; a < D; ++a) {
-    valid[a].assign(lattice.size, 0);
-    const auto s = std::size_t(lattice.stride[a]);
-    base::parallel_chunks(lattice.size - s, 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = s + begin; i < s + end; ++i) {
-        const CellKind below = kind[i - s], above = kind[i];
+    valid[a].resize(blocks.size());
+    base::parallel_chunks(blocks.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const CellKind below = kind_of(kind, blocks.neighbour(i, a, 0)), above = kind[i];
         if (below == CellKind::solid || above == CellKind::solid) v[a][i] = 0;
         valid[a][i] = below == CellKind::liquid || above == CellKind::liquid;
       }
@@ -121,17 +122,20 @@ void hold_solids(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const
 /// v -= difference of pressure across every face that moves and that liquid touches.
 template <int D, class Real>
 void subtract_gradient(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const Numbering& n, const std::vector<double>& p,
-                       const Lattice<D>& lattice) {
-  const auto pressure = [&](std::size_t cell) { return n.number[cell] >= 0 ? p[std::size_t(n.number[cell])] : 0.0; };
-  for (int a = 0; a < D; ++a) {
-    const auto s = std::size_t(lattice.stride[a]);
-    base::parallel_chunks(lattice.size - s, 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = s + begin; i < s + end; ++i) {
-        if (kind[i - s] == CellKind::solid || kind[i] == CellKind::solid) continue;
-        if (kind[i - s] == CellKind::liquid || kind[i] == CellKind::liquid) v[a][i] = Real(double(v[a][i]) - (pressure(i) - pressure(i - s)));
+                       const ActiveBlocks<D>& blocks) {
+  const auto pressure = [&](std::ptrdiff_t cell) {
+    const std::int32_t number = value_at(n.number, cell, PoissonSystem::kNone);
+    return number >= 0 ? p[std::size_t(number)] : 0.0;
+  };
+  for (int a = 0; a < D; ++a)
+    base::parallel_chunks(blocks.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::ptrdiff_t lower = blocks.neighbour(i, a, 0);
+        const CellKind below = kind_of(kind, lower), above = kind[i];
+        if (below == CellKind::solid || above == CellKind::solid) continue;
+        if (below == CellKind::liquid || above == CellKind::liquid) v[a][i] = Real(double(v[a][i]) - (pressure(std::ptrdiff_t(i)) - pressure(lower)));
       }
     });
-  }
 }
 
 double largest(const std::vector<double>& values) {
@@ -143,19 +147,17 @@ double largest(const std::vector<double>& values) {
 }  // namespace
 
 template <int D, class Real>
-PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>& kind, const Lattice<D>& lattice, double tolerance,
+PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, double tolerance,
                        FaceMask<D>& valid) {
-  hold_solids<D, Real>(velocity, kind, lattice, valid);
-  fill_images(velocity, lattice);   // the outermost of the arrays have no neighbour to be judged by
-  fill_images(valid, lattice);
-  const Numbering n = number_cells<D>(kind, lattice);
+  hold_solids<D, Real>(velocity, kind, blocks, valid);
+  const Numbering n = number_cells<D>(kind, blocks);
   PressureReport report;
   report.unknowns = std::int64_t(n.cell.size());
   if (n.cell.empty()) return report;
 
   // Unknowns are p dt / (rho h) [m/s]: the equations need neither density nor time step.
-  PoissonSystem system = build_system<D>(n, kind, lattice);
-  std::vector<double> b = outflow<D, Real>(velocity, n, lattice);
+  PoissonSystem system = build_system<D>(n, kind, blocks);
+  std::vector<double> b = outflow<D, Real>(velocity, n, blocks);
   for (double& v : b) v = -v;
   if (!std::isfinite(largest(b)))
     throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
@@ -172,15 +174,14 @@ PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>
     throw base::Error({.code = base::Exit::unstable,
                        .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", report.unknowns,
                                               solved.residual, solved.iterations, tolerance)});
-  subtract_gradient<D, Real>(velocity, kind, n, p, lattice);
-  fill_images(velocity, lattice);
-  report.max_divergence = largest(outflow<D, Real>(velocity, n, lattice));
+  subtract_gradient<D, Real>(velocity, kind, n, p, blocks);
+  report.max_divergence = largest(outflow<D, Real>(velocity, n, blocks));
   return report;
 }
 
-template PressureReport project(FaceField<2, float>&, const std::vector<CellKind>&, const Lattice<2>&, double, FaceMask<2>&);
-template PressureReport project(FaceField<2, double>&, const std::vector<CellKind>&, const Lattice<2>&, double, FaceMask<2>&);
-template PressureReport project(FaceField<3, float>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
-template PressureReport project(FaceField<3, double>&, const std::vector<CellKind>&, const Lattice<3>&, double, FaceMask<3>&);
+template PressureReport project(FaceField<2, float>&, const std::vector<CellKind>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport project(FaceField<2, double>&, const std::vector<CellKind>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport project(FaceField<3, float>&, const std::vector<CellKind>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport project(FaceField<3, double>&, const std::vector<CellKind>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 
 }  // namespace sim

@@ -20,10 +20,9 @@ struct PressureReport {
 /// Projects in place and says in `valid` which faces have a liquid neighbour or lie on a solid next to one. Systems of at most
 /// kDirectUnknowns are factorised with CHOLMOD, larger ones solved by conjugate gradients with a modified incomplete Cholesky
 /// preconditioner. In a pocket without air pressure is defined up to a constant: the imbalance of its right-hand side is removed.
-/// Images on periodic axes are filled before and after.
 /// Throws base::Error (unstable) when the residual does not fall below `tolerance`.
 template <int D, class Real>
-PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>&, const Lattice<D>&, double tolerance, FaceMask<D>& valid);
+PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>& valid);
 
 inline constexpr std::int64_t kDirectUnknowns = 1500;
 

@@ -6,6 +6,39 @@
 #include "sim/random.h"
 
 namespace sim {
+namespace {
+
+/// Numbers of the cells that a body's bounds touch, row-major over the domain, ascending.
+template <int D>
+std::vector<std::int64_t> cells_of(const std::vector<std::vector<Shape>>& shapes, const Options& o, const Lattice<D>& lattice) {
+  std::vector<std::int64_t> numbers;
+  for (const std::vector<Shape>& images : shapes)
+    for (const Shape& shape : images) {
+      const base::Box bounds = shape.bounds();
+      Cell<D> lower, upper;                                      // both included
+      bool empty = false;
+      for (int a = 0; a < D; ++a) {
+        const double last = double(lattice.cells[a]) - 1;
+        lower[a] = int(std::clamp(std::floor((bounds.lower[a] - o.domain.lower[a]) / o.cell) - 1, 0.0, last));
+        upper[a] = int(std::clamp(std::floor((bounds.upper[a] - o.domain.lower[a]) / o.cell) + 1, 0.0, last));
+        empty = empty || bounds.upper[a] < o.domain.lower[a] || bounds.lower[a] > o.domain.upper[a];
+      }
+      if (empty) continue;
+      for (Cell<D> at = lower; at[0] <= upper[0];) {
+        std::int64_t number = 0;
+        for (int a = 0; a < D; ++a) number = number * lattice.cells[a] + at[a];
+        numbers.push_back(number);
+        int a = D - 1;
+        while (a > 0 && at[a] == upper[a]) at[a] = lower[a], --a;
+        ++at[a];
+      }
+    }
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+}  // namespace
 
 template <int D, class Real>
 Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice, const Solids<D>& solids, int modes) {
@@ -27,15 +60,15 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
     return nullptr;
   };
 
-  std::uint64_t cell_number = 0;
-  for (std::size_t i = 0; i < lattice.size; ++i) {
-    const Cell<D> at = lattice.cell_at(std::ptrdiff_t(i));
-    if (!lattice.inside(at)) continue;
+  for (const std::int64_t number : cells_of<D>(shapes, o, lattice)) {
+    Cell<D> at;
+    std::int64_t rest_of_number = number;
+    for (int a = D - 1; a >= 0; rest_of_number /= lattice.cells[a], --a) at[a] = int(rest_of_number % lattice.cells[a]);
     for (int sub = 0; sub < int(o.particles_per_cell); ++sub) {
       Vec<D, Real> offset;
       base::Vec3 place = o.domain.lower;
       for (int a = D - 1, rest = sub; a >= 0; --a, rest /= edge) {
-        const double within = o.seeding == Seeding::regular ? 0.5 : uniform(std::uint64_t(o.seed), cell_number, std::uint64_t(sub * D + a));
+        const double within = o.seeding == Seeding::regular ? 0.5 : uniform(std::uint64_t(o.seed), std::uint64_t(number), std::uint64_t(sub * D + a));
         // The largest float below 1 keeps an offset that rounds up inside its cell.
         offset[a] = std::min(Real((rest % edge + within) / edge), std::nextafter(Real(1), Real(0)));
         place[a] += o.cell * (at[a] + double(offset[a]));
@@ -50,7 +83,6 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
       for (int a = 0; a < D; ++a)
         for (int r = 0; r < modes; ++r) particles.coefficients.push_back(r == 0 ? Real(body->velocity[a]) : Real(0));
     }
-    ++cell_number;
   }
   return particles;
 }

@@ -19,8 +19,8 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
 
 template <int D, class Real>
 FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface)
-    : options_(options), solids_(solids), lattice_(solids.lattice), free_surface_(free_surface),
-      transfer_(lattice_, options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {}
+    : options_(options), solids_(solids), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
+      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {}
 
 template <int D, class Real>
 int FluidStep<D, Real>::layers() const {
@@ -32,25 +32,29 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
   CellRanges ranges;
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
-    ranges = order_.sort(particles, lattice_);
+    ranges = order_.sort(particles, solids_.lattice);
+    // Stencils reach two places beyond a cell; from there the field goes on into the air, and whoever reads at its rim looks one further.
+    if (free_surface_) blocks_.cover(ranges, layers() + 3);
   }
   {
     const auto pass = ledger.pass("p2g", bytes_of(particles) + 4 * grid_bytes());
-    transfer_.scatter(particles, ranges, grid_);
+    transfer_.scatter(particles, ranges, blocks_, grid_);
     counts_.light_faces += grid_.light_faces;
   }
   {
-    const auto pass = ledger.pass("pressure", std::int64_t(lattice_.size));
-    kind_ = classify_cells(ranges, solids_, free_surface_);
+    const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
+    kind_ = classify_cells(ranges, blocks_, solids_, free_surface_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
   constexpr int kShallow = 2;
   for (int a = 0; a < D; ++a) {
-    valid_[a].resize(lattice_.size);
-    for (std::size_t i = 0; i < lattice_.size; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
+    valid_[a].resize(blocks_.size());
+    base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
+    });
   }
-  extrapolate(grid_.velocity, valid_, lattice_, options_.transfer == Transfer::flip ? layers() : kShallow);
+  extrapolate(grid_.velocity, valid_, blocks_, options_.transfer == Transfer::flip ? layers() : kShallow);
   scattered_ = grid_.velocity;
 }
 
@@ -60,18 +64,18 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     for (int a = 0; a < D; ++a) {
       const Real change = Real(dt * acceleration[a]);
-      base::parallel_chunks(lattice_.size, 65536, [&](std::size_t begin, std::size_t end) {
+      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
       });
     }
   }
   const auto pass = ledger.pass("pressure");
-  const PressureReport report = sim::project(grid_.velocity, kind_, lattice_, options_.pressure_tolerance, valid_);
+  const PressureReport report = sim::project(grid_.velocity, kind_, blocks_, options_.pressure_tolerance, valid_);
   counts_.pressure_iterations += report.iterations;
   counts_.max_divergence = report.max_divergence / options_.cell;
   double fastest = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < lattice_.size; ++i)
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
       if (valid_[a][i]) fastest = std::max(fastest, std::abs(double(grid_.velocity[a][i])));
   return fastest;
 }
@@ -80,10 +84,10 @@ template <int D, class Real>
 void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& particles, base::Ledger& ledger) {
   {
     const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
-    extrapolate(grid_.velocity, valid_, lattice_, layers());
+    extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
   const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-  transfer_.gather(grid_.velocity, &scattered_, rule, particles);
+  transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
 }
 
 template <int D, class Real>
@@ -92,7 +96,7 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (limits) departure_ = {particles.cell, particles.offset};
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    advect(transfer_, grid_.velocity, dt, solids_, particles);
+    advect(transfer_, blocks_, grid_.velocity, dt, solids_, particles);
   }
   {
     const auto pass = ledger.pass("collide", bytes_of(particles));
@@ -102,14 +106,15 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   }
   if (!limits) return;
   const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
-  counts_.limited_modes += transfer_.limit(departure_, grid_.mass, options_.carry, particles);
+  counts_.limited_modes += transfer_.limit(blocks_, departure_, grid_.mass, options_.carry, particles);
 }
 
 template <int D, class Real>
-void FluidStep<D, Real>::set_velocity(FaceField<D, Real> field) {
+void FluidStep<D, Real>::set_velocity(const ActiveBlocks<D>& blocks, FaceField<D, Real> field) {
+  blocks_ = blocks;
   grid_.velocity = std::move(field);
   scattered_ = grid_.velocity;
-  for (auto& valid : valid_) valid.assign(lattice_.size, 1);
+  for (auto& valid : valid_) valid.assign(blocks_.size(), 1);
 }
 
 template class FluidStep<2, float>;

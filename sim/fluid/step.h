@@ -36,10 +36,11 @@ class FluidStep {
   void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   void move(double dt, Particles<D, Real>&, base::Ledger&);
 
-  /// The field of the last projection [m/s]; after `gather` reaching into the air.
+  /// The field of the last projection [m/s], on `blocks`; after `gather` reaching into the air.
   const FaceField<D, Real>& velocity() const { return grid_.velocity; }
-  /// Begins with a field that is known, valid everywhere.
-  void set_velocity(FaceField<D, Real> field);
+  const ActiveBlocks<D>& blocks() const { return blocks_; }
+  /// Begins with a field that is known, valid everywhere on `blocks`.
+  void set_velocity(const ActiveBlocks<D>& blocks, FaceField<D, Real> field);
   const MacTransfer<D, Real>& transfer() const { return transfer_; }
   const StepCounts& counts() const { return counts_; }
   void clear_counts() { counts_ = {}; }
@@ -47,11 +48,11 @@ class FluidStep {
  private:
   /// Cells that a particle may cross in a step, rounded up, and a margin for the kernel: how deep the field must reach into the air.
   int layers() const;
-  std::int64_t grid_bytes() const { return std::int64_t(lattice_.size * D * sizeof(Real)); }
+  std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
 
   Options options_;
   const Solids<D>& solids_;
-  const Lattice<D>& lattice_;
+  ActiveBlocks<D> blocks_;            // around the particles as they were at the last `scatter`, as deep as layers(); all without a free surface
   bool free_surface_;
   MacTransfer<D, Real> transfer_;
   CanonicalOrder<D, Real> order_;

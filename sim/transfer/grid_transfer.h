@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/scene.h"
-#include "sim/transfer/images.h"
+#include "sim/transfer/blocks.h"
 #include "sim/transfer/modes.h"
 #include "sim/transfer/order.h"
 #include "sim/transfer/tensor.h"
@@ -31,7 +31,8 @@ struct Departure {
   std::vector<Vec<D, Real>> offset;
 };
 
-/// The transfer of one scheme: mode set and kernel. Stateless between calls.
+/// The transfer of one scheme: mode set and kernel. Stateless between calls. Fields live on `blocks`, which must hold the stencils of all
+/// particles (ActiveBlocks::cover with a depth of two or more); what a stencil reads where no block is active is 0.
 template <class Layout>
 class GridTransfer {
  public:
@@ -41,19 +42,19 @@ class GridTransfer {
   using Mass = typename Layout::Mass;
   using Grid = typename Layout::Grid;     // both, and the count of invalid places
 
-  GridTransfer(const Lattice<D>& lattice, Kernel kernel, std::vector<ModeIndex<D>> modes);
+  GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes);
 
   /// P2G: masses and velocities from particles in canonical order. Each block sums its particles in an array of its own; the blocks'
-  /// arrays are added colour by colour: sums keep one order. On periodic axes the images are filled.
-  void scatter(const Particles<D, Real>&, const CellRanges&, Grid&) const;
+  /// arrays are added colour by colour: sums keep one order.
+  void scatter(const Particles<D, Real>&, const CellRanges&, const ActiveBlocks<D>& blocks, Grid&) const;
   /// G2P: coefficients from grid velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
-  void gather(const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
+  void gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
   /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from
   /// `from` (Carry::limited), or only where the stencil at `from` has a node lighter than kLightNode in `mass`, that step's (Carry::hybrid).
   /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled.
-  std::int64_t limit(const Departure<D, Real>& from, const Mass& mass, Carry, Particles<D, Real>&) const;
+  std::int64_t limit(const ActiveBlocks<D>& blocks, const Departure<D, Real>& from, const Mass& mass, Carry, Particles<D, Real>&) const;
   /// The grid velocity [m/s] at a site inside the domain, interpolated with the kernel.
-  Vec<D, Real> velocity_at(const Field& velocity, const Site<D, Real>&) const;
+  Vec<D, Real> velocity_at(const ActiveBlocks<D>& blocks, const Field& velocity, const Site<D, Real>&) const;
 
   /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum [kg m^2/s] about the domain's lower corner: the polynomial's, all
   /// modes counted. h is the cell size [m].
@@ -62,13 +63,12 @@ class GridTransfer {
     base::Vec3 linear_momentum = base::Vec3::Zero(), angular_momentum = base::Vec3::Zero();
   };
   Sums sums(const Particles<D, Real>&, double h) const;
-  /// The same of the grid, over valid faces or nodes; images are not counted again.
-  Sums sums(const Grid&, double particle_mass, double h) const;
+  /// The same of the grid, over valid faces or nodes.
+  Sums sums(const ActiveBlocks<D>& blocks, const Grid&, double particle_mass, double h) const;
 
   const std::vector<ModeIndex<D>>& modes() const { return modes_; }
 
  private:
-  Lattice<D> lattice_;
   Kernel kernel_;
   std::vector<ModeIndex<D>> modes_;
   std::vector<int> place_;   // of each mode in the stencil's tensor

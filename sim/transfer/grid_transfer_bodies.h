@@ -32,7 +32,7 @@ struct ParticleStencils {
   }
 };
 
-/// Array index of each node of a stencil, relative to the first.
+/// Place of each node of a stencil in a dense array, relative to the first.
 template <int n, int D>
 constexpr std::array<std::ptrdiff_t, std::size_t(int_power(n, D))> node_steps(const std::array<std::ptrdiff_t, D>& stride) {
   std::array<std::ptrdiff_t, std::size_t(int_power(n, D))> steps{};
@@ -55,13 +55,13 @@ auto with_basis(Kernel kernel, const Body& body) {
   return body(QuadraticBasis<Real>{});
 }
 
-/// Calls body(block) for the occupied blocks, one colour after another.
+/// Calls body(place in the list of occupied blocks, its coordinates), one colour after another.
 template <int D, class Body>
 void for_blocks_by_colour(const CellRanges& ranges, const Lattice<D>& lattice, const Body& body) {
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
-  for (const std::uint32_t block : ranges.occupied) colours[lattice.colour(lattice.block_at(block))].push_back(block);
-  for (const auto& blocks : colours)
-    base::parallel_chunks(blocks.size(), 1, [&](std::size_t begin, std::size_t) { body(blocks[begin]); });
+  for (std::size_t b = 0; b < ranges.occupied.size(); ++b) colours[lattice.colour(lattice.block_at(ranges.occupied[b]))].push_back(std::uint32_t(b));
+  for (const auto& same : colours)
+    base::parallel_chunks(same.size(), 1, [&](std::size_t k, std::size_t) { body(same[k], lattice.block_at(ranges.occupied[same[k]])); });
 }
 
 /// What the particles of one block bring to the grid: its cells' nodes and those around that an n-node stencil reaches.
@@ -102,30 +102,14 @@ class BlockSums {
     }
   }
 
-  /// Adds to the grid's arrays; what lies beyond a periodic side goes to the other one.
-  void add_to(typename Layout::Grid& grid, const Lattice<D>& lattice) const {
-    Cell<D> reach;                                               // nodes that a particle of the block can reach; none beyond the arrays
-    std::array<std::array<std::ptrdiff_t, kEdge>, D> target{};   // of each coordinate, its part of the array index
-    for (int a = 0; a < D; ++a) {
-      reach[a] = std::min(Lattice<D>::kBlock, lattice.cells[a] - lower_[a] - 1) + n;
-      for (int k = 0; k < reach[a]; ++k) {
-        const int at = lower_[a] + k, cells = lattice.cells[a];
-        target[a][k] = ((lattice.periodic[a] ? (at + cells) % cells : at) + Lattice<D>::kPad) * lattice.stride[a];
-      }
-    }
-    int rows = 1;
-    for (int a = 0; a + 1 < D; ++a) rows *= reach[a];
-    for (int row = 0; row < rows; ++row) {
-      std::ptrdiff_t from = 0, to = 0;
-      for (int a = D - 2, rest = row; a >= 0; --a, rest /= reach[a + 1]) {
-        from += (rest % reach[a]) * kStride[a];
-        to += target[a][rest % reach[a]];
-      }
+  /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
+  void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
+    blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, int count) {
       for (int l = 0; l < Layout::kLattices; ++l)
-        for (int k = 0; k < reach[D - 1]; ++k) Layout::mass(grid.mass, l)[std::size_t(to + target[D - 1][k])] += mass_[l][std::size_t(from + k)];
+        for (int k = 0; k < count; ++k) Layout::mass(grid.mass, l)[to + std::size_t(k)] += mass_[l][std::size_t(from + k)];
       for (int c = 0; c < D; ++c)
-        for (int k = 0; k < reach[D - 1]; ++k) Layout::at(grid.velocity, c, std::size_t(to + target[D - 1][k])) += momentum_[c][std::size_t(from + k)];
-    }
+        for (int k = 0; k < count; ++k) Layout::at(grid.velocity, c, to + std::size_t(k)) += momentum_[c][std::size_t(from + k)];
+    });
   }
 
  private:
@@ -134,6 +118,12 @@ class BlockSums {
   std::array<std::array<Real, kSize>, Layout::kLattices> mass_{};
   std::array<std::array<Real, kSize>, D> momentum_{};
 };
+
+/// A component's value at an index, 0 where no block is active.
+template <class Layout>
+typename Layout::Real read(const typename Layout::Field& field, int component, std::ptrdiff_t index) {
+  return index < 0 ? typename Layout::Real(0) : Layout::at(field, component, std::size_t(index));
+}
 
 /// Momenta become velocities; what is too light becomes 0 and is counted where a particle reached it.
 template <class Layout>
@@ -161,55 +151,52 @@ std::int64_t divide_by_mass(typename Layout::Grid& grid, std::size_t size) {
 }  // namespace
 
 template <class Layout>
-GridTransfer<Layout>::GridTransfer(const Lattice<D>& lattice, Kernel kernel, std::vector<ModeIndex<D>> modes)
-    : lattice_(lattice), kernel_(kernel), modes_(std::move(modes)) {
+GridTransfer<Layout>::GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes) : kernel_(kernel), modes_(std::move(modes)) {
   for (const ModeIndex<D>& mode : modes_)
     place_.push_back(kernel == Kernel::linear ? tensor_place<2, D>(mode) : tensor_place<3, D>(mode));
 }
 
 template <class Layout>
-void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const CellRanges& ranges, Grid& grid) const {
+void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const CellRanges& ranges, const ActiveBlocks<D>& blocks, Grid& grid) const {
   assert(particles.modes == int(modes_.size()));
-  Layout::clear(grid.velocity, lattice_.size);
-  for (int l = 0; l < Layout::kLattices; ++l) Layout::mass(grid.mass, l).assign(lattice_.size, 0);
+  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
+  Layout::clear(grid.velocity, blocks.size());
+  for (int l = 0; l < Layout::kLattices; ++l) Layout::mass(grid.mass, l).assign(blocks.size(), 0);
   with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
-    for_blocks_by_colour<D>(ranges, lattice_, [&](std::size_t block) {
-      BlockSums<Layout, Basis::kNodes> sums(lattice_.block_at(block));
-      const std::size_t begin = ranges.begin[block * Lattice<D>::kCellsPerBlock], end = ranges.begin[(block + 1) * Lattice<D>::kCellsPerBlock];
-      for (std::size_t p = begin; p < end; ++p) sums.template add<Basis>(particles, p, place_);
-      sums.add_to(grid, lattice_);
+    for_blocks_by_colour<D>(ranges, blocks.lattice(), [&](std::size_t b, const Cell<D>& block) {
+      BlockSums<Layout, Basis::kNodes> sums(block);
+      for (std::size_t p = ranges.begin[b * per_block]; p < ranges.begin[(b + 1) * per_block]; ++p) sums.template add<Basis>(particles, p, place_);
+      sums.add_to(grid, blocks, block);
     });
   });
-  Layout::light(grid) = divide_by_mass<Layout>(grid, lattice_.size);
-  fill_images(grid.velocity, lattice_);
-  fill_images(grid.mass, lattice_);
+  Layout::light(grid) = divide_by_mass<Layout>(grid, blocks.size());
 }
 
 template <class Layout>
-void GridTransfer<Layout>::gather(const Field& velocity, const Field* before, const GatherRule& rule, Particles<D, Real>& particles) const {
+void GridTransfer<Layout>::gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule& rule,
+                                  Particles<D, Real>& particles) const {
   assert(!rule.flip || before);
   with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
     constexpr int n = Basis::kNodes;
-    const auto steps = node_steps<n, D>(lattice_.stride);
     base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         const ParticleStencils<Basis, Layout> stencils(particles.cell[p], particles.offset[p]);
         for (int l = 0; l < Layout::kLattices; ++l) {
           const Stencil<Basis, D> stencil = stencils.of(l);
-          const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
+          const auto at = blocks.template places<n>(first_node<Basis, D>(stencil));
           for (int k = 0; k < Layout::kComponents; ++k) {
             const int component = Layout::component(l, k);
             const std::span<Real> c = particles.component(p, component);
             Tensor<Real, n, D> value;
-            for (std::size_t node = 0; node < value.size(); ++node) value[node] = Layout::at(velocity, component, std::size_t(first + steps[node]));
+            for (std::size_t node = 0; node < value.size(); ++node) value[node] = read<Layout>(velocity, component, at[node]);
             if (rule.flip) {
               const Tensor<Real, n, D> w = weights<D>(stencil);
               Real now = 0, then = 0;
               for (std::size_t node = 0; node < value.size(); ++node) {
                 now += w[node] * value[node];
-                then += w[node] * Layout::at(*before, component, std::size_t(first + steps[node]));
+                then += w[node] * read<Layout>(*before, component, at[node]);
               }
               c[0] = now + Real(rule.keep) * (c[0] - then);
               continue;
@@ -224,18 +211,18 @@ void GridTransfer<Layout>::gather(const Field& velocity, const Field* before, co
 }
 
 template <class Layout>
-std::int64_t GridTransfer<Layout>::limit(const Departure<D, Real>& from, const Mass& mass, Carry carry, Particles<D, Real>& particles) const {
+std::int64_t GridTransfer<Layout>::limit(const ActiveBlocks<D>& blocks, const Departure<D, Real>& from, const Mass& mass, Carry carry,
+                                         Particles<D, Real>& particles) const {
   if (carry == Carry::fixed) return 0;
   assert(kernel_ == Kernel::quadratic && "the scene refuses other carries with the linear kernel");
   assert(from.cell.size() == particles.size() && from.offset.size() == particles.size());
   using Basis = QuadraticBasis<Real>;
-  const auto steps = node_steps<Basis::kNodes, D>(lattice_.stride);
   std::vector<unsigned> axes;   // of each mode
   for (const ModeIndex<D>& mode : modes_) axes.push_back(bent_axes<D>(mode));
 
   const auto beside_light = [&](const Stencil<Basis, D>& stencil, const std::vector<Real>& masses) {
-    const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
-    return std::any_of(steps.begin(), steps.end(), [&](std::ptrdiff_t step) { return masses[std::size_t(first + step)] < Real(kLightNode); });
+    const auto nodes = blocks.template places<Basis::kNodes>(first_node<Basis, D>(stencil));
+    return std::any_of(nodes.begin(), nodes.end(), [&](std::ptrdiff_t i) { return value_at(masses, i, Real(0)) < Real(kLightNode); });
   };
   return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
     std::int64_t scaled = 0;
@@ -269,19 +256,18 @@ std::int64_t GridTransfer<Layout>::limit(const Departure<D, Real>& from, const M
 }
 
 template <class Layout>
-auto GridTransfer<Layout>::velocity_at(const Field& velocity, const Site<D, Real>& site) const -> Vec<D, Real> {
+auto GridTransfer<Layout>::velocity_at(const ActiveBlocks<D>& blocks, const Field& velocity, const Site<D, Real>& site) const
+    -> Vec<D, Real> {
   return with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
-    const auto steps = node_steps<Basis::kNodes, D>(lattice_.stride);
     const ParticleStencils<Basis, Layout> stencils(site.cell, site.offset);
     Vec<D, Real> v = Vec<D, Real>::Zero();
     for (int l = 0; l < Layout::kLattices; ++l) {
       const Stencil<Basis, D> stencil = stencils.of(l);
-      const std::ptrdiff_t first = lattice_.index(first_node<Basis, D>(stencil));
+      const auto at = blocks.template places<Basis::kNodes>(first_node<Basis, D>(stencil));
       const auto w = weights<D>(stencil);
       for (int k = 0; k < Layout::kComponents; ++k)
-        for (std::size_t node = 0; node < w.size(); ++node)
-          v[Layout::component(l, k)] += w[node] * Layout::at(velocity, Layout::component(l, k), std::size_t(first + steps[node]));
+        for (std::size_t node = 0; node < w.size(); ++node) v[Layout::component(l, k)] += w[node] * read<Layout>(velocity, Layout::component(l, k), at[node]);
     }
     return v;
   });
@@ -331,11 +317,11 @@ auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) c
 }
 
 template <class Layout>
-auto GridTransfer<Layout>::sums(const Grid& grid, double particle_mass, double h) const -> Sums {
+auto GridTransfer<Layout>::sums(const ActiveBlocks<D>& blocks, const Grid& grid, double particle_mass, double h) const -> Sums {
   Sums s;
-  for (std::size_t i = 0; i < lattice_.size; ++i) {
-    const Cell<D> at = lattice_.cell_at(std::ptrdiff_t(i));
-    if (lattice_.wrapped(at) != at) continue;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!blocks.is_place(i)) continue;
+    const Cell<D> at = blocks.cell_at(i);
     for (int l = 0; l < Layout::kLattices; ++l) {
       const double mass = double(Layout::mass(grid.mass, l)[i]);
       if (mass <= kLightestNode) continue;

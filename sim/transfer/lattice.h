@@ -1,9 +1,10 @@
 #pragma once
-// The dense background grid. One index space serves cells and the faces of all axes: cell (i, j, k) is at the middle of
-// [i, i+1) x ..., face (i, j, k) of axis a at the lower side of that cell. A ring of kPad cells lies around the domain, so that no
-// stencil of a particle inside the domain leaves the arrays.
+// The domain as a lattice of cells. One index space serves cells, the faces of all axes and nodes: cell (i, j, k) is at the middle of
+// [i, i+1) x ..., face (i, j, k) of axis a at the lower side of that cell, node (i, j, k) at its lower corner. Places are grouped into
+// blocks of kBlock cells an axis; blocks.h stores fields on those that are active. Nothing here grows with the domain.
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace sim {
 
@@ -12,41 +13,23 @@ using Cell = std::array<int, D>;
 
 template <int D>
 struct Lattice {
-  static constexpr int kPad = 3;
-  static constexpr int kBlock = 4;           // cells along an edge of a block, the unit of scatter and of the canonical order
+  static constexpr int kBlock = 4;           // cells along an edge of a block, the unit of storage, of scatter and of the canonical order
+  static constexpr int kCellsPerBlock = D == 2 ? kBlock * kBlock : kBlock * kBlock * kBlock;
+  static constexpr int kBefore = 1, kBehind = 2;   // places beyond a wall that a stencil of a particle inside may reach
+  using Key = std::int64_t;                  // of blocks and cells: holds any domain of up to 1e17 cells, 1e9 along an axis
+
   Cell<D> cells{};                           // of the domain
-  std::array<std::ptrdiff_t, D> extent{};    // of the arrays: cells + ring + one more face
-  std::array<std::ptrdiff_t, D> stride{};
   std::array<bool, D> periodic{};            // axes whose lower and upper side are one
-  std::size_t size = 0;
-  Cell<D> blocks{};
-  std::size_t block_count = 1;
+  Cell<D> blocks{};                          // that hold the cells of the domain; the last one along an axis may be cut
 
   Lattice() = default;
   explicit Lattice(const Cell<D>& domain_cells, const std::array<bool, D>& periodic_axes = {}) : cells(domain_cells), periodic(periodic_axes) {
-    size = 1;
-    for (int a = D - 1; a >= 0; --a) {
-      extent[a] = cells[a] + 2 * kPad + 1;
-      stride[a] = std::ptrdiff_t(size);
-      size *= std::size_t(extent[a]);
-      blocks[a] = (cells[a] + kBlock - 1) / kBlock;
-      block_count *= std::size_t(blocks[a]);
-    }
-  }
-  std::ptrdiff_t index(const Cell<D>& at) const {
-    std::ptrdiff_t i = 0;
-    for (int a = 0; a < D; ++a) i += (at[a] + kPad) * stride[a];
-    return i;
-  }
-  Cell<D> cell_at(std::ptrdiff_t index) const {
-    Cell<D> at;
-    for (int a = 0; a < D; ++a) at[a] = int(index / stride[a] % extent[a]) - kPad;
-    return at;
+    for (int a = 0; a < D; ++a) blocks[a] = (cells[a] + kBlock - 1) / kBlock;
   }
   /// The cell inside the domain that `at` is an image of, on periodic axes.
   Cell<D> wrapped(Cell<D> at) const {
     for (int a = 0; a < D; ++a)
-      if (periodic[a]) at[a] = (at[a] % cells[a] + cells[a]) % cells[a];
+      if (periodic[a] && (at[a] < 0 || at[a] >= cells[a])) at[a] = (at[a] % cells[a] + cells[a]) % cells[a];
     return at;
   }
   bool inside(const Cell<D>& at) const {
@@ -54,28 +37,44 @@ struct Lattice {
       if (at[a] < 0 || at[a] >= cells[a]) return false;
     return true;
   }
-  static constexpr std::size_t kCellsPerBlock = [] {
-    std::size_t n = 1;
-    for (int a = 0; a < D; ++a) n *= kBlock;
-    return n;
-  }();
-  /// Canonical key of a cell: block first, then the cell in the block.
-  std::size_t key(const Cell<D>& at) const {
-    std::size_t block = 0, local = 0;
-    for (int a = 0; a < D; ++a) {
-      block = block * std::size_t(blocks[a]) + std::size_t(at[a] / kBlock);
-      local = local * kBlock + std::size_t(at[a] % kBlock);
-    }
-    return block * kCellsPerBlock + local;
+  /// Blocks along an axis that can hold places: the domain's and, beyond walls, those that stencils reach.
+  int lowest_block(int axis) const { return periodic[axis] ? 0 : -1; }
+  int highest_block(int axis) const { return periodic[axis] ? blocks[axis] - 1 : (cells[axis] + kBehind) / kBlock; }
+
+  static Cell<D> block_of(const Cell<D>& at) {
+    Cell<D> block;
+    for (int a = 0; a < D; ++a) block[a] = at[a] >> 2;   // rounds down below 0 too
+    return block;
   }
-  /// Coordinates of a block, in blocks.
-  Cell<D> block_at(std::size_t block) const {
+  static int local_of(const Cell<D>& at) {
+    int local = 0;
+    for (int a = 0; a < D; ++a) local = local * kBlock + (at[a] & (kBlock - 1));
+    return local;
+  }
+  /// Row-major over blocks from lowest to highest.
+  Key block_key(const Cell<D>& block) const {
+    Key key = 0;
+    for (int a = 0; a < D; ++a) key = key * (highest_block(a) + 2) + (block[a] + 1);
+    return key;
+  }
+  Cell<D> block_at(Key key) const {
     Cell<D> at;
     for (int a = D - 1; a >= 0; --a) {
-      at[a] = int(block % std::size_t(blocks[a]));
-      block /= std::size_t(blocks[a]);
+      const Key extent = highest_block(a) + 2;
+      at[a] = int(key % extent) - 1;
+      key /= extent;
     }
     return at;
+  }
+  /// Canonical key of a cell: block first, then the cell in the block.
+  Key key(const Cell<D>& at) const { return block_key(block_of(at)) * kCellsPerBlock + local_of(at); }
+  Cell<D> cell_of_key(Key key) const { return cell_in(block_at(key / kCellsPerBlock), int(key % kCellsPerBlock)); }
+  static Cell<D> cell_in(Cell<D> block, int local) {
+    for (int a = D - 1; a >= 0; --a) {
+      block[a] = block[a] * kBlock + local % kBlock;
+      local /= kBlock;
+    }
+    return block;
   }
   /// The colour of a block, below kColours: blocks of one colour reach no common node, with stencils from one node before their cells to two
   /// behind. Two colours an axis are enough, unless the axis is periodic and its blocks do not alternate all around: then the last two have
@@ -90,17 +89,6 @@ struct Lattice {
     }
     return colour;
   }
-  /// The cell of a key.
-  Cell<D> cell_of_key(std::size_t key) const {
-    Cell<D> at = block_at(key / kCellsPerBlock);
-    std::size_t local = key % kCellsPerBlock;
-    for (int a = D - 1; a >= 0; --a) {
-      at[a] = at[a] * kBlock + int(local % kBlock);
-      local /= kBlock;
-    }
-    return at;
-  }
-  std::size_t key_count() const { return block_count * kCellsPerBlock; }
 };
 
 }  // namespace sim

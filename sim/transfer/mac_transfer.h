@@ -8,7 +8,7 @@
 
 namespace sim {
 
-/// One number per face, an array for each axis, indexed by Lattice.
+/// One number per face, an array for each axis, indexed by ActiveBlocks.
 template <int D, class Real>
 struct FaceField : std::array<std::vector<Real>, std::size_t(D)> {};
 

@@ -7,7 +7,7 @@
 
 namespace sim {
 
-/// A velocity per node, indexed by Lattice.
+/// A velocity per node, indexed by ActiveBlocks.
 template <int D, class Real>
 using NodeField = std::vector<Vec<D, Real>>;
 

@@ -4,15 +4,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "sim/transfer/blocks.h"
 #include "sim/transfer/particles.h"
 
 namespace sim {
-
-/// Where the particles of each cell and block begin, once they are in canonical order.
-struct CellRanges {
-  std::vector<std::uint32_t> begin;          // by canonical key; one more entry at the end
-  std::vector<std::uint32_t> occupied;       // blocks that hold particles, ascending
-};
 
 /// Sorts particles into canonical order. Holds the buffers between calls: fresh pages cost more than the sort.
 template <int D, class Real>
@@ -22,7 +17,9 @@ class CanonicalOrder {
   CellRanges sort(Particles<D, Real>&, const Lattice<D>&);
 
  private:
-  std::vector<std::uint32_t> key_, from_, next_;
+  std::vector<std::int64_t> key_;                      // of each particle's block
+  std::vector<std::uint32_t> cell_, from_, next_;      // of each particle: its cell among those of the occupied blocks
+  KeyTable table_;
   Particles<D, Real> sorted_;
 };
 

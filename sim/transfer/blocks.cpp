@@ -1,0 +1,128 @@
+#include "sim/transfer/blocks.h"
+
+#include <bit>
+
+#include "base/parallel.h"
+
+namespace sim {
+
+void KeyTable::build(const std::vector<std::int64_t>& ascending) {
+  const std::size_t size = std::bit_ceil(2 * ascending.size() + 2);
+  mask_ = size - 1;
+  entries_.assign(size, Entry{});
+  for (std::size_t i = 0; i < ascending.size(); ++i) {
+    std::size_t at = first(ascending[i]);
+    while (entries_[at].place >= 0) at = (at + 1) & mask_;
+    entries_[at] = {ascending[i], std::int32_t(i)};
+  }
+}
+
+namespace {
+
+/// Calls body(block) for all blocks from `lower` to `upper`, both included.
+template <int D, class Body>
+void for_box(const Cell<D>& lower, const Cell<D>& upper, const Body& body) {
+  for (int a = 0; a < D; ++a)
+    if (lower[a] > upper[a]) return;
+  Cell<D> at = lower;
+  while (true) {
+    body(at);
+    int a = D - 1;
+    while (a >= 0 && at[a] == upper[a]) at[a] = lower[a], --a;
+    if (a < 0) return;
+    ++at[a];
+  }
+}
+
+/// The box of the cells of a block that hold particles, as places in it.
+template <int D>
+void occupied_box(const CellRanges& ranges, std::size_t block, Cell<D>& lower, Cell<D>& upper) {
+  constexpr int per_block = Lattice<D>::kCellsPerBlock;
+  lower.fill(Lattice<D>::kBlock), upper.fill(-1);
+  for (int local = 0; local < per_block; ++local) {
+    const std::size_t k = block * std::size_t(per_block) + std::size_t(local);
+    if (ranges.begin[k] == ranges.begin[k + 1]) continue;
+    const Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
+    for (int a = 0; a < D; ++a) lower[a] = std::min(lower[a], at[a]), upper[a] = std::max(upper[a], at[a]);
+  }
+}
+
+}  // namespace
+
+template <int D>
+ActiveBlocks<D> ActiveBlocks<D>::whole(const Lattice<D>& lattice) {
+  ActiveBlocks blocks(lattice);
+  Cell<D> lower, upper;
+  for (int a = 0; a < D; ++a) lower[a] = lattice.lowest_block(a), upper[a] = lattice.highest_block(a);
+  std::vector<std::int64_t> keys;
+  for_box<D>(lower, upper, [&](const Cell<D>& block) { keys.push_back(lattice.block_key(block)); });
+  blocks.activate(std::move(keys));
+  return blocks;
+}
+
+template <int D>
+void ActiveBlocks<D>::cover(const CellRanges& ranges, int depth) {
+  constexpr std::size_t kChunk = 256;
+  const auto around = [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int64_t> found;
+    for (std::size_t b = begin; b < end; ++b) {
+      const Cell<D> block = lattice_.block_at(ranges.occupied[b]);
+      Cell<D> lower, upper;
+      occupied_box<D>(ranges, b, lower, upper);
+      for (int a = 0; a < D; ++a) {
+        lower[a] = (block[a] * kEdge + lower[a] - depth) >> 2;
+        upper[a] = (block[a] * kEdge + upper[a] + depth) >> 2;
+        // Around a periodic end the cut block counts as whole: a block more at most.
+        if (lattice_.periodic[a] && lattice_.cells[a] % kEdge) --lower[a], ++upper[a];
+        if (lattice_.periodic[a]) upper[a] = std::min(upper[a], lower[a] + lattice_.blocks[a] - 1);
+        else lower[a] = std::max(lower[a], lattice_.lowest_block(a)), upper[a] = std::min(upper[a], lattice_.highest_block(a));
+      }
+      for_box<D>(lower, upper, [&](Cell<D> at) {
+        for (int a = 0; a < D; ++a)
+          if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.blocks[a] + lattice_.blocks[a]) % lattice_.blocks[a];
+        found.push_back(lattice_.block_key(at));
+      });
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  };
+  const auto append = [](std::vector<std::int64_t> all, const std::vector<std::int64_t>& part) {
+    all.insert(all.end(), part.begin(), part.end());
+    return all;
+  };
+  auto keys = base::ordered_reduce(ranges.occupied.size(), kChunk, std::vector<std::int64_t>{}, around, append);
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  if (keys != keys_) activate(std::move(keys));
+}
+
+template <int D>
+void ActiveBlocks<D>::activate(std::vector<std::int64_t> keys) {
+  keys_ = std::move(keys);
+  table_.build(keys_);
+  has_cut_ = false;
+  for (int a = 0; a < D; ++a) has_cut_ = has_cut_ || (lattice_.periodic[a] && lattice_.cells[a] % kEdge);
+  block_.resize(keys_.size());
+  neighbours_.resize(keys_.size());
+  base::parallel_chunks(keys_.size(), 512, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      block_[s] = lattice_.block_at(keys_[s]);
+      for (int n = 0; n < kNeighbours; ++n) {
+        Cell<D> at = block_[s];
+        bool exists = true;
+        for (int a = 0; a < D; ++a) {
+          at[a] += n / kStep[a] % 3 - 1;
+          if (lattice_.periodic[a]) at[a] = (at[a] + lattice_.blocks[a]) % lattice_.blocks[a];
+          exists = exists && at[a] >= lattice_.lowest_block(a) && at[a] <= lattice_.highest_block(a);
+        }
+        neighbours_[s][std::size_t(n)] = exists ? table_.find(lattice_.block_key(at)) : -1;
+      }
+    }
+  });
+}
+
+template class ActiveBlocks<2>;
+template class ActiveBlocks<3>;
+
+}  // namespace sim
