@@ -1,6 +1,5 @@
 // The liquid as a whole: what it conserves, on any number of threads, and its known solutions.
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -8,6 +7,7 @@
 #include "sim/fluid/poisson.h"
 #include "sim/fluid/pressure.h"
 #include "sim/simulation.h"
+#include "tests/threads.h"
 
 namespace sim {
 namespace {
@@ -78,8 +78,7 @@ TEST(Liquid, NeverGainsEnergyWithAnyNumberOfModes) {
 TEST(Liquid, HasTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[3];
   for (int i = 0; i < 3; ++i) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(1) << i);
-    hash[i] = run(tank(0.05), 4).state_hash;
+    hash[i] = on_threads(1 << i, [] { return run(tank(0.05), 4).state_hash; });
   }
   EXPECT_EQ(hash[0], hash[1]);
   EXPECT_EQ(hash[0], hash[2]);

@@ -1,6 +1,5 @@
 // The liquid in two dimensions: every scheme, kernel and precision, what it keeps and what its counters say.
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -8,6 +7,7 @@
 #include "sim/fluid/advect.h"
 #include "sim/fluid/cells.h"
 #include "sim/simulation.h"
+#include "tests/threads.h"
 
 namespace sim {
 namespace {
@@ -116,8 +116,7 @@ TEST(FlatLiquid, NeverGainsEnergyInADamBreak) {
 TEST(FlatLiquid, HasTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[3];
   for (int i = 0; i < 3; ++i) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(1) << i);
-    hash[i] = run(tank(0.01), 4).state_hash;
+    hash[i] = on_threads(1 << i, [] { return run(tank(0.01), 4).state_hash; });
   }
   EXPECT_EQ(hash[0], hash[1]);
   EXPECT_EQ(hash[0], hash[2]);

@@ -1,6 +1,5 @@
 // Periodic sides: what leaves at one comes in at the other, and no place is different from another.
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 
@@ -9,6 +8,7 @@
 #include "sim/fluid/seeding.h"
 #include "sim/random.h"
 #include "sim/simulation.h"
+#include "tests/threads.h"
 
 namespace sim {
 namespace {
@@ -110,16 +110,17 @@ TEST(PeriodicLiquid, OfASceneMovedByWholeCellsIsMoved) {
 TEST(PeriodicLiquid, HasTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[3];
   for (int i = 0; i < 3; ++i) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(1) << i);
     Scene scene = channel(3, base::Vec3(1, 0, 0));
     scene.options.boundary[1] = kPeriodic;
     scene.options.cell = 0.05;
     scene.bodies[0].shape.box = base::Box{base::Vec3::Zero(), base::Vec3(0.5, 0.8, 0.4)};
     scene.effects = {Effect{}};
-    const auto simulation = make_simulation(scene, 24);
-    base::Ledger ledger;
-    for (int f = 0; f < 4; ++f) simulation->advance(ledger, {});
-    hash[i] = simulation->totals().state_hash;
+    hash[i] = on_threads(1 << i, [&] {
+      const auto simulation = make_simulation(scene, 24);
+      base::Ledger ledger;
+      for (int f = 0; f < 4; ++f) simulation->advance(ledger, {});
+      return simulation->totals().state_hash;
+    });
   }
   EXPECT_EQ(hash[0], hash[1]);
   EXPECT_EQ(hash[0], hash[2]);

@@ -1,19 +1,17 @@
-#include <tbb/global_control.h>
-
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "tests/surface_bodies.h"
+#include "tests/threads.h"
 
 using namespace surface_test;
 
 namespace {
 
-std::string bytes_with_threads(const sim::Frame& frame, std::size_t threads) {
+std::string bytes_with_threads(const sim::Frame& frame, int threads) {
   surface::initialize();
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const TemporaryFile file;
   base::Ledger ledger;
-  surface::write_surface(file.path(), frame, {}, room(), ledger);
+  on_threads(threads, [&] { surface::write_surface(file.path(), frame, {}, room(), ledger); });
   return base::read_file(file.path());
 }
 
@@ -190,6 +188,7 @@ TEST(LevelSet, ThreadsDoNotChangeAByte) {
   const std::string one = bytes_with_threads(frame, 1);
   ASSERT_GT(one.size(), 10000u);
   EXPECT_EQ(one, bytes_with_threads(frame, 2));
+  EXPECT_EQ(one, bytes_with_threads(frame, 4));
 }
 
 TEST(LevelSet, LedgerNamesItsPasses) {

@@ -3,8 +3,7 @@
 #include <map>
 #include <set>
 
-#include <tbb/global_control.h>
-
+#include "tests/threads.h"
 #include "tests/transfer_cases.h"
 
 namespace sim {
@@ -236,10 +235,7 @@ TEST(Symmetry, AnyNumberOfThreadsGivesTheSameBits) {
         const Lattice<D> lattice = lattice_of<D>(D == 2 ? 45 : 21, periodic);   // no whole number of blocks
         const ActiveBlocks<D> blocks = ActiveBlocks<D>::whole(lattice);
         const auto particles = random_particles<D, float>(lattice, 10000, prefix<D>(kernel).size(), 9);
-        const auto with_threads = [&](std::size_t threads) {
-          const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-          return outcome<Layout>(lattice, kernel, particles);
-        };
+        const auto with_threads = [&](int threads) { return on_threads(threads, [&] { return outcome<Layout>(lattice, kernel, particles); }); };
         const Outcome<Layout> one = with_threads(1);
         expect_same_bits(one, with_threads(2));
         expect_same_bits(one, with_threads(4));
