@@ -293,6 +293,23 @@ TEST(Carry, LimitedCarryNeverGrows) {
   EXPECT_GE(growth.cycle, 1 - 1e-14);   // and keeps what stays where it is
 }
 
+// The energy of a g mode, c^2 D, stays as it is unless D grew, whatever the axes: a limiter that took more would pass for safe.
+TEST(Carry, TheLimiterTakesNoMoreThanItMust) {
+  std::mt19937 random(81);
+  std::uniform_real_distribution<double> offset(0, 1);
+  for (int k = 0; k < 1000; ++k)
+    for (int axes = 1; axes <= 3; ++axes) {
+      double then = 1, now = 1, energy_then = 1, energy_now = 1;
+      for (int a = 0; a < axes; ++a) {
+        const QuadraticBasis<double> before(0, offset(random), true), after(0, offset(random), true);
+        then *= root_norm_of_g(before.x), now *= root_norm_of_g(after.x);
+        energy_then *= before.norm(2), energy_now *= after.norm(2);
+      }
+      const double f = limited_factor(then, now);
+      ASSERT_NEAR(f * f * energy_now / std::min(energy_then, energy_now), 1, 1e-12);
+    }
+}
+
 // Why it is not offered: cycles that grow, and spin that comes from nowhere.
 TEST(Carry, ReexpandingGrows) {
   const Growth growth = growth_of<QuadraticBasis<double>>(OneAxis::reexpanded);
