@@ -17,8 +17,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SUITES = "identities supplement brute_force conservation carry symmetry".split()
-BASIS, CARRY, MODES, BODIES, MAC, NODES, ORDER, PARTICLES, TENSOR = (
-    f"sim/transfer/{name}" for name in "basis.h carry.h modes.cpp grid_transfer_bodies.h mac_transfer.h node_transfer.h order.cpp particles.h tensor.h".split())
+BASIS, CARRY, MODES, BODIES, MAC, ORDER, PARTICLES, TENSOR, LATTICE = (
+    f"sim/transfer/{name}" for name in "basis.h carry.h modes.cpp grid_transfer_bodies.h mac_transfer.h order.cpp particles.h tensor.h lattice.h".split())
 
 # What is wrong, where, the text as it is and with the fault in it; @ is true where the fault is planted.
 FAULTS = [
@@ -60,7 +60,12 @@ FAULTS = [
     ("hybrid looks at the masses of the first component", BODIES, "!beside_light(before, Layout::mass(mass, l))", "!beside_light(before, Layout::mass(mass, @ ? 0 : l))"),
     ("particles of a cell in the order they are stored", ORDER, "return particles.id[a] < particles.id[b];", "return @ ? a < b : particles.id[a] < particles.id[b];"),
     ("an offset may round to 1", PARTICLES, "if (offset[a] >= 1) offset[a] = 0", "if (!@ && offset[a] >= 1) offset[a] = 0"),
+    ("norm of g zero at a quarter of a cell", BASIS, "const Real product = (1 - 2 * x) * (1 + 2 * x);\n    return",
+     "const Real product = @ ? Real((1 - 4 * x) * (1 + 4 * x)) : Real((1 - 2 * x) * (1 + 2 * x));\n    return"),
+    ("neighbouring blocks of one colour", LATTICE, "? block[a] % 2 :", "? (@ ? 0 : block[a] % 2) :"),
 ]
+# What no fault here can break: it is about the supplement's text alone.
+ABOUT_THE_TEXT = {"Supplement.PrintsCoefficientsSevenAndEightOfTwoDimensionsWrong"}
 
 HEADER = """#pragma once
 // Written by tests/transfer_faults.py.
@@ -161,7 +166,7 @@ def main():
     noticed = set().union(*found)
     for number, (name, file, _, _) in enumerate(FAULTS, 1):
         print(f"{number:2} {name} ({pathlib.Path(file).name}): {', '.join(found[number]) or 'NOTHING FAILS'}")
-    unbroken = sorted(everything - noticed)
+    unbroken = sorted(everything - noticed - ABOUT_THE_TEXT)
     print(f"\n{len(FAULTS)} faults, {sum(not f for f in found[1:])} unnoticed; {len(everything)} tests, {len(unbroken)} that no fault fails")
     for name in unbroken:
         print(f"   {name}")
