@@ -1,6 +1,8 @@
 // Sets what every thread inherits, then carries out the command line.
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <pmmintrin.h>
+#include <unistd.h>
 #include <xmmintrin.h>
 
 #include <csignal>
@@ -17,6 +19,13 @@ void flush_denormals() {
   _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
 }
 
+// A file opened while a standard stream is closed would take its number, and what is printed would go into that file.
+bool has_standard_streams() {
+  for (const int stream : {0, 1, 2})
+    if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) != stream) return false;   // takes the lowest number that is free
+  return true;
+}
+
 // BLAS and OpenMP inside the direct solver run on one thread: their sums would follow the number of threads. They are found by
 // name because which BLAS is installed is the system's choice, and only this one has threads.
 void use_one_blas_thread() {
@@ -31,6 +40,7 @@ int main(int count, char** words) {
     std::fputs("polypic: this processor has no AVX2 and FMA, which the program is built for\n", stderr);
     return static_cast<int>(base::Exit::user);
   }
+  if (!has_standard_streams()) return static_cast<int>(base::Exit::io);   // with no place to say so
   std::signal(SIGXFSZ, SIG_IGN);   // a file over the limit is a write that fails, not a crash
   flush_denormals();
   use_one_blas_thread();

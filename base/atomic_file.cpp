@@ -102,18 +102,19 @@ void write_text_atomically(const std::filesystem::path& path, std::string_view t
 }
 
 std::string read_file(const std::filesystem::path& path, std::uintmax_t limit) {
-  File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));   // a pipe without a writer would hold up the open
   if (!file.is_open()) throw_input(path.string(), reason(errno));
   struct stat status {};
   if (::fstat(file.descriptor(), &status) != 0) throw_input(path.string(), reason(errno));
   if (S_ISDIR(status.st_mode)) throw_input(path.string(), reason(EISDIR));
+  if (!S_ISREG(status.st_mode)) throw_input(path.string(), "is a pipe or a device, not a file");
   const auto refuse = [&] { throw_input(path.string(), "larger than " + std::to_string(limit) + " bytes"); };
-  if (S_ISREG(status.st_mode) && static_cast<std::uintmax_t>(status.st_size) > limit) refuse();
+  if (static_cast<std::uintmax_t>(status.st_size) > limit) refuse();
 
-  std::string text(static_cast<std::size_t>(S_ISREG(status.st_mode) ? status.st_size : 0) + 1, '\0');
+  std::string text(static_cast<std::size_t>(status.st_size) + 1, '\0');
   std::size_t filled = 0;
   while (true) {
-    if (filled == text.size()) text.resize(2 * filled + 4096);  // a pipe, or a file that is growing
+    if (filled == text.size()) text.resize(2 * filled + 4096);  // a file that is growing
     const ssize_t got = ::read(file.descriptor(), text.data() + filled, text.size() - filled);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw_input(path.string(), reason(errno));

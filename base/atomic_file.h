@@ -15,7 +15,7 @@ void write_atomically(const std::filesystem::path& path, const std::function<voi
 /// The whole text, atomically.
 void write_text_atomically(const std::filesystem::path& path, std::string_view text);
 
-/// The whole file as bytes; throws base::Error (exit 2) with "PATH: reason". Refuses above `limit` bytes before reading.
+/// The whole file as bytes; throws base::Error (exit 2) with "PATH: reason", also for a pipe or a device. Refuses above `limit` bytes before reading.
 std::string read_file(const std::filesystem::path& path, std::uintmax_t limit = std::uintmax_t(1) << 30);
 
 }  // namespace base

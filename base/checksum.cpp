@@ -1,6 +1,7 @@
 #include "base/checksum.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -63,8 +64,13 @@ std::uint64_t checksum(std::span<const std::byte> bytes) {
 }
 
 std::optional<FileSum> sum_of(const std::filesystem::path& path, std::uint64_t offset) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);   // a pipe without a writer would hold up the open
   if (file < 0) return {};
+  struct stat status {};
+  if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {   // a device may have no end
+    ::close(file);
+    return {};
+  }
   Checksum sum;
   std::uint64_t at = offset;
   std::vector<std::byte> block(kRead);

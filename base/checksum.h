@@ -31,7 +31,7 @@ struct FileSum {
   std::uint64_t bytes = 0, checksum = 0;
   bool operator==(const FileSum&) const = default;
 };
-/// Of a file from `offset` to its end; empty when it cannot be read.
+/// Of a file from `offset` to its end; empty when it is none or cannot be read.
 std::optional<FileSum> sum_of(const std::filesystem::path&, std::uint64_t offset = 0);
 /// Of a file that was just written; throws base::Error (exit 5) with the reason when it cannot be read. Errors call it `name`.
 FileSum sum_of_written(const std::filesystem::path&, const std::filesystem::path& name, std::uint64_t offset = 0);

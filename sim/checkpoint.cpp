@@ -165,6 +165,8 @@ constexpr auto kForeign = "is no checkpoint";
 // The file's own word on its bytes, against the bytes.
 void check_bytes(const fs::path& path) {
   std::array<char, kUserBlock + 1> start{};
+  std::error_code none;
+  if (const auto status = fs::status(path, none); fs::exists(status) && !fs::is_regular_file(status)) refuse(path, "is not a file");
   std::FILE* const file = std::fopen(path.c_str(), "rb");
   if (!file) refuse(path, reason(errno));
   const std::size_t got = std::fread(start.data(), 1, kUserBlock, file);

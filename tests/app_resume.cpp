@@ -284,7 +284,7 @@ TEST_F(Resume, ProcessesShareTheFramesOfAStage) {
 }
 
 TEST_F(Resume, NobodyChangesTheShotOfADirectoryInUse) {
-  Outcome changed, shared;
+  Outcome changed, elsewhere, shared;
   const auto second = [&](const std::string& words) {
     const int status = std::system(("cd '" + folder.string() + "' && " POLYPIC_PROGRAM " " + words + " >second.out 2>second.err").c_str());
     return Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 255, "", text_of(folder / "second.err")};
@@ -292,11 +292,13 @@ TEST_F(Resume, NobodyChangesTheShotOfADirectoryInUse) {
   run_until({"run", "x.toml", "--frames", "1-200"}, [&] {
     if (!fs::exists(folder / "out/x/ledger/render.0001.json")) return false;
     changed = second("render x.toml --frames 1 --set render.spp=2");
+    elsewhere = second("render x.toml --preview --frames 1 --set render.spp=2");   // no frame of it is there
     shared = second("render x.toml --frames 1");
     return true;
   }, SIGINT);
   EXPECT_EQ(changed.exit, 2);
   EXPECT_NE(changed.err.find("out/x: in use by process "), std::string::npos) << changed.err;
+  EXPECT_EQ(elsewhere.exit, 2) << elsewhere.err;
   EXPECT_EQ(shared.exit, 0) << shared.err;
   expect_no_dot_files();
 }

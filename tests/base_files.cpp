@@ -2,6 +2,7 @@
 #include "base/atomic_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/checksum.h"
 #include "base/error.h"
 #include "tests/temporary_folder.h"
 
@@ -113,4 +115,9 @@ TEST_F(Files, ThatAreMissingFoldersOrTooLargeAreTheUsersMistake) {
   EXPECT_EQ(message(folder / "x", 4), "larger than 4 bytes");
   EXPECT_EQ(message(folder / "y", 4), "No such file or directory");
   EXPECT_EQ(message(folder, 4), "Is a directory");
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);   // nobody writes into it: to wait for that would be for ever
+  EXPECT_EQ(message(folder / "pipe", 4), "is a pipe or a device, not a file");
+  EXPECT_EQ(message("/dev/zero", 4), "is a pipe or a device, not a file");
+  EXPECT_FALSE(base::sum_of(folder / "pipe"));
+  EXPECT_FALSE(base::sum_of("/dev/zero"));
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/stages/document.h"
 #include "app/stages/interrupt.h"
 #include "base/error.h"
 
@@ -39,7 +40,7 @@ void film(const Request& request) {
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
   const nlohmann::ordered_json run = make_film(shot, order, progress);
-  if (request.json) std::printf("%s\n", run.dump(2).c_str());
+  if (request.json) std::fputs(document_text(run).c_str(), stdout);
 }
 
 }  // namespace app

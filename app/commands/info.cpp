@@ -5,6 +5,7 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/movie_info.h"
+#include "app/stages/document.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/text.h"
@@ -85,16 +86,15 @@ Json shot_info(const fs::path& file) {
 
 // run.json or a record of the ledger: its own content under "run" or "record".
 Json document_info(const fs::path& file) {
-  Json content;
-  try {
-    content = Json::parse(base::read_file(file));
-  } catch (const Json::parse_error&) {
-    base::throw_input(file.string(), "not a JSON document");
-  }
-  const bool run = content.is_object() && content.contains("frames"), record = content.is_object() && content.contains("stage");
+  const Json content = read_document(file, kLargestDocument);
+  const bool run = content.is_object() && content.contains("frames");
+  const bool record = content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
   if (!run && !record) base::throw_input(file.string(), "neither a run.json nor a record of a ledger");
   return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};
 }
+
+/// The extension; a checkpoint that was put aside, state.0010.h5.bad2, is still one.
+std::string kind_of(const fs::path& file) { return (file.extension().string().starts_with(".bad") ? file.stem() : file).extension().string(); }
 
 std::string plain(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
@@ -152,8 +152,9 @@ void info(const Request& request) {
   const fs::file_status status = fs::status(file, failure);
   if (!fs::exists(status)) base::throw_input(file.string(), "No such file or directory");
   if (fs::is_directory(status)) base::throw_input(file.string(), "Is a directory");
+  if (!fs::is_regular_file(status)) base::throw_input(file.string(), "is a pipe or a device, not a file");
   Json out;
-  const std::string extension = file.extension().string();
+  const std::string extension = kind_of(file);
   try {
     if (extension == ".vdb") {
       surface::initialize();

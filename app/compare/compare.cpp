@@ -27,6 +27,7 @@ Kind kind_of(const fs::path& path) {
     if (!is_run(path)) base::throw_input(path.string(), "not the directory of a run: there is no frame in its ledger");
     return Kind::run;
   }
+  if (!fs::is_regular_file(status)) base::throw_input(path.string(), "is a pipe or a device, not a file");
   const std::string extension = path.extension().string();
   if (extension == ".png" || extension == ".exr") return Kind::image;
   if (extension == ".vdb") return surface::holds_points(path) ? Kind::points : Kind::volume;
@@ -40,6 +41,8 @@ nlohmann::ordered_json compare(const fs::path& a, const fs::path& b, const Toler
   const Kind kind = kind_of(a), other = kind_of(b);
   if (kind != other) base::throw_input(b.string(), std::string(name_of(other)) + ", and the other is " + name_of(kind));
   if (picture && kind != Kind::image) base::throw_input("--out " + picture->string(), "a difference picture is drawn of two images only");
+  std::error_code none;
+  if (picture && (fs::equivalent(*picture, a, none) || fs::equivalent(*picture, b, none))) base::throw_input("--out " + picture->string(), "is one of the images that are compared");
   switch (kind) {
     case Kind::image: return compare_image_files(a, b, tolerance, picture);
     case Kind::volume: return compare_volume_files(a, b, tolerance);

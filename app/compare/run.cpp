@@ -6,8 +6,9 @@
 #include <set>
 
 #include "app/compare/files.h"
+#include "app/stages/document.h"
 #include "app/stages/folder.h"
-#include "base/atomic_file.h"
+#include "app/stages/record.h"
 #include "base/error.h"
 
 namespace app {
@@ -21,8 +22,8 @@ const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "vers
 
 Json read_record_of(const Folder& folder, std::int64_t frame) {
   const fs::path file = folder.record(Stage::simulate, frame);
-  Json record = Json::parse(base::read_file(file), nullptr, /*allow_exceptions=*/false);
-  if (!record.is_object()) base::throw_input(file.string(), "not a record of a ledger");
+  Json record = read_document(file, kLargestRecord);
+  if (!read_record(folder, Stage::simulate, frame)) base::throw_input(file.string(), "not a record of a ledger");
   return record;
 }
 
@@ -128,10 +129,7 @@ Json compare_part(const Part& part, const Folder& a, const Folder& b, const Tole
 
 }  // namespace
 
-bool is_run(const fs::path& directory) {
-  const Folder folder(directory);
-  return std::any_of(std::begin(kParts), std::end(kParts), [&](const Part& part) { return !folder.recorded_frames(part.stage).empty(); });
-}
+bool is_run(const fs::path& directory) { return Folder(directory).has_frames(); }
 
 Json compare_runs(const fs::path& path_a, const fs::path& path_b, const Tolerance& tolerance) {
   const Folder a(path_a), b(path_b);

@@ -125,6 +125,31 @@ Node entries(const Node& root, std::string_view list, std::string_view key, bool
   return out;
 }
 
+// Read again from `resolved`, because only the reader knows what a preset's table was before its defaults were filled in.
+Node stage_keys(const Shot& shot, const std::string& stage) {
+  Node all = read_text(shot.resolved, shot.file.string(), {}).complete;
+  Node keys;
+  const auto take = [&](std::string_view section) {
+    if (const Node* found = all.find(section)) keys.at(section) = *found;
+  };
+  if (stage == "simulate") {
+    keys.at("shot").at("fps") = make_node(shot.fps);
+    take("sim");
+    keys.at("body") = entries(all, "body", "look", false);
+    keys.at("collider") = entries(all, "collider", "look", false);
+    take("effect");
+  } else if (stage == "surface") {
+    take("surface");
+  } else {
+    assert(stage == "render" && "there are three stages");
+    for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
+    if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
+    keys.at("body") = entries(all, "body", "look", true);
+    keys.at("collider") = entries(all, "collider", "look", true);
+  }
+  return keys;
+}
+
 }  // namespace
 
 void Shot::params(base::Params& p) {
@@ -167,8 +192,8 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
 }
 
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
-  const std::string text = stage_text(make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml"), stage);
-  const auto before = flat(parse_toml(text, "shot.toml")), after = flat(parse_toml(stage_text(now, stage), "shot.toml"));
+  const Shot then = make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml");
+  const auto before = flat(stage_keys(then, stage)), after = flat(stage_keys(now, stage));
   const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(after.begin(), after.end());
   std::vector<ChangedKey> changed;
   for (const auto& [key, value] : after)
@@ -179,29 +204,17 @@ std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const S
   return changed;
 }
 
-// Read again from `resolved`, because only the reader knows what a preset's table was before its defaults were filled in.
-std::string stage_text(const Shot& shot, const std::string& stage) {
-  Node all = read_text(shot.resolved, shot.file.string(), {}).complete;
-  Node keys;
-  const auto take = [&](std::string_view section) {
-    if (const Node* found = all.find(section)) keys.at(section) = *found;
-  };
-  if (stage == "simulate") {
-    keys.at("shot").at("fps") = make_node(shot.fps);
-    take("sim");
-    keys.at("body") = entries(all, "body", "look", false);
-    keys.at("collider") = entries(all, "collider", "look", false);
-    take("effect");
-  } else if (stage == "surface") {
-    take("surface");
-  } else {
-    assert(stage == "render" && "there are three stages");
-    for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
-    add_contents(shot.render, keys);
-    if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
-    keys.at("body") = entries(all, "body", "look", true);
-    keys.at("collider") = entries(all, "collider", "look", true);
+bool is_resolved(const std::string& text) {
+  try {
+    return make_shot(read_text(text, "shot.toml", {}), "shot.toml").resolved == text;
+  } catch (const base::Error&) {
+    return false;
   }
+}
+
+std::string stage_text(const Shot& shot, const std::string& stage) {
+  Node keys = stage_keys(shot, stage);
+  if (stage == "render") add_contents(shot.render, keys);
   return shot_text(keys);
 }
 

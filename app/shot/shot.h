@@ -59,6 +59,9 @@ struct ChangedKey {
 /// Throws base::Error when that is no shot.
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage);
 
+/// Whether a text is the `resolved` of some shot, and nobody's own writing.
+bool is_resolved(const std::string& text);
+
 /// Canonical text of the keys one stage reads, for its hash: "simulate", "surface" or "render"; defaults, and the looks and lights
 /// that come with the program, are written out.
 std::string stage_text(const Shot&, const std::string& stage);

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "app/stages/document.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/lock.h"
 #include "app/stages/making.h"
@@ -118,7 +119,7 @@ void make_movies(const Making& m, Finished& finished) {
 nlohmann::ordered_json write_run(const Making& m) {
   const Lock lock = Lock::take(m.folder.lock_of_run(), [] {});   // the last to write has read all records
   nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
-  base::write_text_atomically(m.folder.run(), run.dump(2) + "\n");
+  base::write_text_atomically(m.folder.run(), document_text(run));
   return run;
 }
 
@@ -184,11 +185,23 @@ std::vector<std::int64_t> missing_points(const Making& m, Finished& finished) {
   return missing;
 }
 
+// A shot.toml that is no run's copy is somebody's work: it is not written over.
+void spare_shots_of_others(const Making& m) {
+  const fs::path file = m.folder.shot();
+  std::error_code none;
+  if (!fs::exists(file, none)) return;
+  const std::string hint = "another --out leaves it";
+  if (fs::equivalent(file, m.shot.file, none) && base::read_file(file, kLargestRecord) != m.shot.resolved)
+    throw base::Error({.file = file.string(), .hint = hint, .message = "is the shot itself, and the run would write its own copy over it"});
+  if (!m.folder.has_frames() && !is_resolved(base::read_file(file, kLargestRecord)))
+    throw base::Error({.file = file.string(), .hint = hint, .message = "is not of a run, and this one would write its own over it"});
+}
+
 void write_shot(const Making& m, const FolderLock& lock, bool changed) {
   std::error_code none;
   const bool there = fs::exists(m.folder.shot(), none);
-  if (there && base::read_file(m.folder.shot()) == m.shot.resolved) return;
-  if (!there || changed) require_alone(m, lock);
+  if (there && base::read_file(m.folder.shot(), kLargestRecord) == m.shot.resolved) return;
+  if (!there || changed || reads_otherwise(m)) require_alone(m, lock);
   if (lock.alone()) base::write_text_atomically(m.folder.shot(), m.shot.resolved);
 }
 
@@ -198,7 +211,9 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   const Stopwatch watch;
   const Making m{shot, order, Folder(order.out), stage_hashes(shot), order.frames.value_or(FrameRange{1, shot.frames})};
   Finished finished(m.folder, m.hashes, m.dimension());
-  if (!fs::exists(m.folder.root())) check_upstream(m, finished);   // no directory is made for a stage that cannot start
+  std::error_code none;
+  if (!fs::exists(m.folder.root(), none)) check_upstream(m, finished);   // no directory is made for a stage that cannot start
+  spare_shots_of_others(m);
   FolderLock lock(m.folder);
   const std::optional<Lock> simulating = lock_simulation(m);
   if (order.restart) require_alone(m, lock);

@@ -93,6 +93,10 @@ std::vector<fs::path> Folder::outputs(Stage stage, std::int64_t frame) const {
 
 std::vector<std::int64_t> Folder::recorded_frames(Stage stage) const { return frames_in(root_ / kLedger, stage_name(stage), ".json"); }
 
+bool Folder::has_frames() const {
+  return std::any_of(kSeries.begin(), kSeries.end(), [&](const Series& series) { return !recorded_frames(series.stage).empty(); });
+}
+
 std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }
 
 void Folder::make_room_for(const fs::path& file) {
@@ -127,7 +131,7 @@ void Folder::remove_leftovers() const {
       if (std::regex_match(entry->path().filename().string(), left)) found.push_back(entry->path());
     for (const fs::path& file : found)
       if (file.extension() == ".lock") Lock::try_take(file);   // which goes with its owner, and that is nobody any more
-      else fs::remove_all(file, none);
+      else fs::remove(file, none);
   }
 }
 

@@ -37,6 +37,8 @@ class Folder {
   std::vector<std::filesystem::path> outputs(Stage, std::int64_t frame) const;
   /// Frames of the stage that have a record, ascending.
   std::vector<std::int64_t> recorded_frames(Stage) const;
+  /// Any stage has one.
+  bool has_frames() const;
   /// Frames that have a checkpoint, ascending.
   std::vector<std::int64_t> checkpoints() const;
 

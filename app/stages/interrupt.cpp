@@ -23,6 +23,10 @@ void catch_signals() {
   action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);   // the second signal is the default one
   sigemptyset(&action.sa_mask);
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);   // under nohup it is ignored, and stays so
+  std::signal(SIGPIPE, SIG_IGN);   // a reader of the progress that goes away stops no run
 }
 
 bool signal_came() { return caught_signal != 0; }

@@ -1,12 +1,12 @@
 #pragma once
-// SIGINT and SIGTERM: the work in hand is finished, then the program stops. A second signal ends it at once; files are
+// SIGINT, SIGTERM and SIGHUP: the work in hand is finished, then the program stops. A second signal ends it at once; files are
 // written under temporary names, so nothing half-written stays under a real one.
 #include <stdexcept>
 #include <string>
 
 namespace app {
 
-/// Thrown between files after a signal; main turns it into exit code 128 + signal (130 or 143).
+/// Thrown between files after a signal; main turns it into exit code 128 + signal (130, 143 or 129).
 class Interrupted : public std::runtime_error {
  public:
   /// `saved`: the checkpoint that holds the simulation, or empty.
@@ -17,7 +17,7 @@ class Interrupted : public std::runtime_error {
   int signal_;
 };
 
-/// From here on both signals are remembered instead of ending the program.
+/// From here on these signals are remembered instead of ending the program, and a closed pipe is a write that fails.
 void catch_signals();
 bool signal_came();
 /// Throws Interrupted when a signal came.

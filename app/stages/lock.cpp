@@ -83,17 +83,19 @@ Lock::~Lock() {
 
 std::string owner_of(const fs::path& lock) {
   std::array<char, 512> text{};
-  const int descriptor = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = ::open(lock.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   const ssize_t got = descriptor < 0 ? 0 : ::pread(descriptor, text.data(), text.size() - 1, 0);
   if (descriptor >= 0) ::close(descriptor);
   return got > 0 ? std::string(text.data(), static_cast<std::size_t>(got)) : "another process";
 }
 
 FolderLock::FolderLock(const Folder& folder) : folder_(folder) {
-  for (fs::path made = fs::absolute(folder.root()).lexically_normal(); made.has_relative_path() && !fs::exists(made); made = made.parent_path())
-    made_.push_back(made);
-  std::error_code failure;
+  std::error_code failure, none;
+  fs::path made = fs::absolute(folder.root(), failure).lexically_normal();   // fails where the working directory is gone
+  if (failure) base::throw_io(folder.root().string(), "the working directory: " + failure.message());
+  for (; made.has_relative_path() && fs::symlink_status(made, none).type() == fs::file_type::not_found; made = made.parent_path()) made_.push_back(made);
   fs::create_directories(folder.root(), failure);
+  if (failure == std::errc::file_exists) base::throw_io(folder.root().string(), "is a link to nothing");
   if (failure) base::throw_io(folder.root().string(), failure.message());
   for (int i = 0; i < kTries && descriptor_ < 0; ++i) {
     if (i > 0) std::this_thread::sleep_for(kPause);

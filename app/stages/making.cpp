@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "app/stages/document.h"
 #include "app/stages/record.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
@@ -43,7 +44,7 @@ std::vector<ChangedKey> changes(const Making& m, Stage stage) {
   std::error_code none;
   if (!fs::exists(m.folder.shot(), none) || (stage == Stage::surface && m.dimension() == 2)) return {};
   try {
-    return changed_keys(base::read_file(m.folder.shot()), m.shot, std::string(stage_name(stage == Stage::preview ? Stage::render : stage)));
+    return changed_keys(base::read_file(m.folder.shot(), kLargestRecord), m.shot, std::string(stage_name(stage == Stage::preview ? Stage::render : stage)));
   } catch (const base::Error&) {
     throw refusal(m.folder.shot(), "is no shot any more, so what the frames here were made with is unknown");
   }
@@ -95,9 +96,14 @@ std::string made_again(const Making& m) {
     if (!past.other_version.empty()) add_once(why, {"program.version", past.other_version, kVersion});
     if (past.other_keys)
       for (const ChangedKey& key : changed) add_once(why, key);
+    if (past.other_keys && changed.empty() && stage != Stage::surface && !m.shot.render.files().empty()) add_once(why, {"the content of a file", "", ""});
     stages += (stages.empty() ? "" : ", ") + std::string(stage_name(stage));
   }
   return stages.empty() || why.empty() ? stages : stages + " (" + names_of(why) + " changed)";
+}
+
+bool reads_otherwise(const Making& m) {
+  return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage stage) { return !changes(m, stage).empty(); });
 }
 
 void check_upstream(const Making& m, Finished& finished) {

@@ -26,6 +26,9 @@ struct Making {
 /// simulation, was made with other keys.
 std::string made_again(const Making&);
 
+/// Whether the directory's shot.toml has other keys than this shot for a stage that is asked for.
+bool reads_otherwise(const Making&);
+
 /// Every unfinished frame needs its predecessor's file, whole and from the same shot, unless that is made on the way.
 /// Throws base::Error: exit 2 naming the file and what to run, 4 where it is of another shot.
 void check_upstream(const Making&, Finished&);

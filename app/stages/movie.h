@@ -12,7 +12,7 @@ namespace app {
 /// ledger/movie.json says. Throws base::Error (exit 5).
 void make_movie(const Folder&, Stage, const std::vector<std::int64_t>& frames, double fps, int threads);
 
-/// One film frame per image in the order given, at `fps`; odd sizes are padded to even ones. Atomic. Throws base::Error (exit 5)
+/// One film frame per image in the order given, at `fps`, through a pipe; odd sizes are padded to even ones. Atomic. Throws base::Error (exit 5)
 /// with ffmpeg's own last line.
 void write_movie(const std::filesystem::path& movie, const std::vector<std::filesystem::path>& images, double fps, int threads);
 

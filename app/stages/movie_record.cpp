@@ -1,6 +1,7 @@
 // Whether a movie is that of the pictures that are there.
 #include <nlohmann/json.hpp>
 
+#include "app/stages/document.h"
 #include "app/stages/movie.h"
 #include "app/stages/record.h"
 #include "base/atomic_file.h"
@@ -26,7 +27,7 @@ bool is_current(const Folder& folder, Stage stage, const Json& from) {
   std::error_code none;
   if (!fs::exists(folder.movie_record(stage), none)) return false;
   try {
-    const Json record = Json::parse(base::read_file(folder.movie_record(stage)));
+    const Json record = read_document(folder.movie_record(stage), kLargestDocument);
     const auto is = measure(folder, folder.movie(stage));
     return record.at("from") == from && is && record.at("file") == file_json(*is);
   } catch (const std::exception&) {   // damaged: the movie is made again
@@ -45,7 +46,7 @@ void make_movie(const Folder& folder, Stage stage, const std::vector<std::int64_
   const fs::path movie = folder.movie(stage);
   write_movie(movie, images, fps, threads);
   const Json record = {{"schema", 1}, {"file", file_json(measure_written(folder, movie))}, {"from", from}};
-  base::write_text_atomically(folder.movie_record(stage), record.dump(2) + "\n");
+  base::write_text_atomically(folder.movie_record(stage), document_text(record));
 }
 
 }  // namespace app

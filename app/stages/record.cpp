@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/stages/document.h"
 #include "app/stages/hash.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
@@ -152,7 +153,7 @@ void write_record(const Folder& folder, std::int64_t dimension, Record record) {
   record.peak_bytes = peak_memory();
   const fs::path path = folder.record(record.stage, record.frame);
   Folder::make_room_for(path);
-  base::write_text_atomically(path, to_json(record).dump(2) + "\n");
+  base::write_text_atomically(path, document_text(to_json(record)));
 }
 
 std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_t frame) {
@@ -160,7 +161,7 @@ std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_
   std::error_code none;
   if (!fs::exists(path, none)) return {};
   try {
-    return record_from(Json::parse(base::read_file(path)), stage);
+    return record_from(read_document(path, kLargestRecord), stage);
   } catch (const std::exception&) {   // damaged or of another version: the frame is made again
     return {};
   }

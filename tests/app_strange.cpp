@@ -1,0 +1,196 @@
+// What users and file systems come up with: names, links, pipes and streams that nobody thinks of. One line, the right exit code,
+// and nothing of theirs is lost.
+#include <sys/stat.h>
+
+#include <map>
+
+#include "film_test.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Strange : public FilmTest {
+ protected:
+  /// What a shell makes of a line, in the test's folder; $P is the program. Nothing may take longer than a minute.
+  Outcome shell(const std::string& line) const {
+    const std::string command = "cd '" + folder.string() + "' && export P='timeout -k 1 60 " POLYPIC_PROGRAM "' && { " + line + "; } >../out 2>../err </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 255, text_of(log / "out"), text_of(log / "err")};
+  }
+  void expect_line(const Outcome& outcome, int code, const std::string& line) const {
+    EXPECT_EQ(outcome.exit, code) << outcome.err;
+    EXPECT_EQ(outcome.err, "polypic: " + line + "\n");
+  }
+  void expect_no_dot_files() const {
+    for (const std::string& name : files()) EXPECT_NE(fs::path(name).filename().string()[0], '.') << name;
+  }
+  /// All but records and run.json, which tell of times.
+  std::map<std::string, std::string> results(const std::string& out = "out/x") const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
+      const std::string name = fs::relative(entry.path(), folder / out).string();
+      if (entry.is_regular_file() && name != "run.json" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
+    }
+    return all;
+  }
+};
+
+}  // namespace
+
+TEST_F(Strange, DirectoriesThatCannotBeAreADiskError) {
+  fs::create_symlink("loop", folder / "loop");
+  fs::create_symlink("nowhere", folder / "dangling");
+  const std::string name(300, 'a');
+  expect_line(run({"run", "x.toml", "--out", name}), 5, name + ": File name too long");
+  expect_line(run({"run", "x.toml", "--out", "loop"}), 5, "loop: Too many levels of symbolic links");
+  expect_line(run({"run", "x.toml", "--out", "dangling"}), 5, "dangling: is a link to nothing");
+  fs::create_directory(folder / "gone");
+  expect_line(shell("cd gone && rmdir ../gone && $P run '" + (folder / "x.toml").string() + "'"), 5, "out/x: the working directory: No such file or directory");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 3);   // nothing was made
+}
+
+TEST_F(Strange, PipesAreNoFiles) {
+  write("a.png", "x");
+  for (const std::string end : {".vdb", ".exr", ".png", ".mp4", ".h5", ".json", ".toml"}) {
+    ASSERT_EQ(::mkfifo((folder / ("pipe" + end)).c_str(), 0600), 0);
+    expect_line(shell("$P info pipe" + end), 2, "pipe" + end + ": is a pipe or a device, not a file");
+  }
+  expect_line(shell("$P diff pipe.png a.png"), 2, "pipe.png: is a pipe or a device, not a file");
+  expect_line(shell("$P run pipe.toml"), 2, "pipe.toml: is not a file");
+}
+
+TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
+  run_well({"run", "x.toml"});
+  const auto good = results();
+  for (const std::string name : {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0002.exr", "images/beauty.0001.png", "movie.mp4",
+                                 "ledger/render.0001.json", "ledger/simulate.0002.json", "ledger/movie.json", "run.json", ".lock", ".simulate.lock"}) {
+    fs::remove(folder / "out/x" / name);
+    ASSERT_EQ(::mkfifo((folder / "out/x" / name).c_str(), 0600), 0);
+  }
+  const Outcome outcome = shell("$P run x.toml");
+  EXPECT_EQ(outcome.exit, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_TRUE(results() == good);
+  expect_no_dot_files();
+
+  fs::remove(folder / "out/x/checkpoint/state.0002.h5");
+  ASSERT_EQ(::mkfifo((folder / "out/x/checkpoint/state.0002.h5").c_str(), 0600), 0);
+  expect_line(shell("$P simulate x.toml --frames 3"), 0, "out/x/checkpoint/state.0002.h5: is not a file; kept as state.0002.h5.bad, the one before is taken");
+}
+
+TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
+  run_well({"run", "x.toml"});
+  const auto good = results();
+  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0001.png", "movie.mp4", "ledger/surface.0001.json", "run.json"}) {
+    fs::rename(folder / "out/x" / name, folder / "kept");
+    fs::create_directory(folder / "out/x" / name);
+    expect_line(run({"run", "x.toml"}), 5, "out/x/" + name + ": Is a directory");
+    fs::remove(folder / "out/x" / name);
+    fs::rename(folder / "kept", folder / "out/x" / name);
+    run_well({"run", "x.toml"});
+    EXPECT_TRUE(results() == good) << name;
+  }
+  expect_no_dot_files();
+}
+
+TEST_F(Strange, AShotOfTheUsersIsNotWrittenOver) {
+  fs::create_directory(folder / "mine");
+  write("mine/shot.toml", kSmallShot);
+  expect_line(shell("cd mine && $P run shot.toml --out ."), 2, "./shot.toml: is the shot itself, and the run would write its own copy over it (another --out leaves it)");
+  expect_line(shell("cd mine && $P run ../x.toml --out . --restart"), 2, "./shot.toml: is not of a run, and this one would write its own over it (another --out leaves it)");
+  EXPECT_EQ(text_of(folder / "mine/shot.toml"), kSmallShot);
+  EXPECT_EQ(files(), (std::vector<std::string>{"mine", "mine/shot.toml", "x.toml"}));
+
+  run_well({"simulate", "x.toml"});   // the copy of a run is a shot like any other
+  const std::string copy = text_of(folder / "out/x/shot.toml");
+  run_well({"simulate", "out/x/shot.toml", "--out", "out/x"});
+  EXPECT_EQ(run({"simulate", "out/x/shot.toml", "--out", "out/x", "--set", "camera.fov=20"}).exit, 2);
+  EXPECT_EQ(text_of(folder / "out/x/shot.toml"), copy);
+  for (const std::string name : {"points", "checkpoint", "ledger", "run.json"}) fs::remove_all(folder / "out/x" / name);
+  run_well({"simulate", "x.toml", "--set", "sim.cfl=0.5"});   // as a run leaves it that was killed before its first frame
+}
+
+TEST_F(Strange, AnyNameIsTheNameOfAShot) {
+  for (const std::string name : {"x%d", "it's \"q\"", "line\nbreak", "-x", ".", "b\xff", "a b", "run"}) {
+    write(name + ".toml", kSmallShot);
+    const Outcome outcome = run({"run", "--json", "--quiet", "--frames", "1", "--", name + ".toml"});
+    EXPECT_EQ(outcome.exit, 0) << name << outcome.err;
+    EXPECT_EQ(Json::parse(outcome.out), run_json("out/" + fs::path(name + ".toml").stem().string())) << name;
+    EXPECT_TRUE(fs::exists(folder / "out" / fs::path(name + ".toml").stem() / "movie.mp4")) << name;
+  }
+}
+
+TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {
+  run_well({"run", "x.toml"});
+  const auto good = results();
+  EXPECT_EQ(shell("exec <&- >&- 2>&-; $P run x.toml").exit, 0);
+  EXPECT_EQ(shell("fds() { exec <&- >&- 2>&-; exec " POLYPIC_PROGRAM " run x.toml --out closed; }; (fds)").exit, 0);
+  EXPECT_TRUE(results("closed") == good);
+  const Outcome outcome = shell("{ $P run x.toml --out left; echo $? >code; } | true");
+  EXPECT_EQ(text_of(folder / "code"), "5\n");
+  EXPECT_EQ(outcome.err, "polypic: standard output: cannot be written\n");
+  EXPECT_TRUE(results("left") == good);
+  const Outcome full = shell("$P run x.toml --quiet --json >/dev/full");
+  expect_line(full, 5, "standard output: cannot be written");
+  expect_no_dot_files();
+}
+
+TEST_F(Strange, ATerminalThatGoesAwaySavesTheRun) {
+  const Outcome stopped = run_until({"simulate", "x.toml", "--frames", "1-2000"}, [&] { return fs::exists(folder / "out/x/ledger/simulate.0003.json"); }, SIGHUP);
+  EXPECT_EQ(stopped.exit, 129);
+  EXPECT_NE(stopped.err.find("the simulation is saved in out/x/checkpoint/state."), std::string::npos) << stopped.err;
+  EXPECT_EQ(shell("trap '' HUP; " POLYPIC_PROGRAM " simulate x.toml --frames 1-40 --out nohup & sleep 0.3; kill -HUP $!; wait $!").exit, 0);
+  EXPECT_EQ(run_json("nohup").at("frames").size(), 40u);
+  expect_no_dot_files();
+}
+
+TEST_F(Strange, InfoKnowsEveryFileOfARun) {
+  run_well({"run", "x.toml", "--preview"});
+  fs::copy_file(folder / "out/x/checkpoint/state.0002.h5", folder / "out/x/checkpoint/state.0002.h5.bad2");
+  int known = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "out/x")) {
+    if (!entry.is_regular_file()) continue;
+    const Outcome outcome = run_well({"info", entry.path().string(), "--json"});
+    EXPECT_EQ(Json::parse(outcome.out).at("file"), entry.path().string());
+    ++known;
+  }
+  EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 2);   // files and records of frames, movies and their records, states, shot.toml and run.json
+}
+
+TEST_F(Strange, AShotWithAFileBesideItGoesOn) {
+  fs::create_directory(folder / "sub");
+  write("sub/s.toml", std::string(kSmallShot) + "\n[[set]]\nname = \"m\"\nmesh = { file = \"m.obj\" }\n");
+  write("sub/m.obj", "v 0 0 0\nv 0.3 0 0\nv 0 0.3 0.2\nf 1 2 3\n");
+  const std::vector<std::string> words = {"run", "sub/s.toml"};
+  run_well(words);
+  EXPECT_NE(run_well(words).out.find("kept   frames 1-2\n"), std::string::npos);
+  EXPECT_NE(run_well({"run", "sub/s.toml", "--set", "camera.fov=30"}).out.find("again  render (camera.fov changed)\n"), std::string::npos);
+  const auto points = time_of("out/s/points/points.0002.vdb"), surface = time_of("out/s/surface/surface.0002.vdb");
+  write("sub/m.obj", "v 0 0 0\nv 0.4 0 0\nv 0 0.3 0.2\nf 1 2 3\n");
+  EXPECT_NE(run_well({"run", "sub/s.toml", "--set", "camera.fov=30"}).out.find("again  render (the content of a file changed)\n"), std::string::npos);
+  EXPECT_EQ(time_of("out/s/points/points.0002.vdb"), points);
+  EXPECT_EQ(time_of("out/s/surface/surface.0002.vdb"), surface);
+}
+
+// A byte of JSON can take a hundred when it is parsed: 120 MB of brackets would take all memory.
+TEST_F(Strange, DocumentsAreReadWithBoundedMemory) {
+  const std::string brackets(std::size_t{1} << 26, '[');
+  write("deep.json", brackets);
+  expect_line(shell("ulimit -v 4000000; $P info deep.json"), 2, "deep.json: not a document of this program");
+  write("large.json", brackets + brackets + brackets);
+  expect_line(shell("ulimit -v 4000000; $P info large.json"), 2, "large.json: larger than 134217728 bytes");
+  run_well({"simulate", "x.toml"});
+  fs::rename(folder / "deep.json", folder / "out/x/ledger/simulate.0002.json");
+  EXPECT_EQ(shell("ulimit -v 4000000; $P simulate x.toml").exit, 0);
+  EXPECT_LT(fs::file_size(folder / "out/x/ledger/simulate.0002.json"), 1u << 20);
+}
+
+TEST_F(Strange, DiffWritesOverNothingItCompares) {
+  run_well({"run", "x.toml"});
+  const std::string first = "out/x/images/beauty.0001.png", second = "out/x/images/beauty.0002.png", before = text_of(folder / first);
+  expect_line(run({"diff", first, second, "--out", first}), 2, "--out " + first + ": is one of the images that are compared");
+  EXPECT_EQ(text_of(folder / first), before);
+  write("out/x/ledger/simulate.0001.json", "{}");
+  expect_line(run({"diff", "out/x", "out/x"}), 2, "out/x/ledger/simulate.0001.json: not a record of a ledger");
+}
