@@ -1,8 +1,10 @@
 // Files, views and the preview.
 #include <OpenImageIO/imagebuf.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 
 #include "base/error.h"
@@ -58,6 +60,38 @@ Eigen::Vector2d middle_of_change(const render::Image& with, const render::Image&
 }
 
 }  // namespace
+
+// A disk that fills up with the very last bytes of a file: a limit on its size fails at the same call.
+TEST_F(Images, AreWholeOrNotThere) {
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  for (const std::string name : {"a.png", "a.exr"}) {
+    const fs::path path = folder_ / name;
+    const auto write = [&](float value) {
+      if (name == "a.png") render::write_png(path, grey_image(value), {}, true, ledger_);
+      else render::write_exr(path, grey_image(value), {}, ledger_);
+    };
+    write(0.25f);
+    const auto size = fs::file_size(path);
+    rlimit was{}, small{};
+    getrlimit(RLIMIT_FSIZE, &was);
+    small = was;
+    small.rlim_cur = size - 3;
+    setrlimit(RLIMIT_FSIZE, &small);
+    std::string said = "no error";
+    try {
+      write(0.25f);
+    } catch (const base::Error& e) {
+      EXPECT_EQ(e.complaint().code, base::Exit::io);
+      said = e.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &was);
+    EXPECT_EQ(said, path.string() + ": File too large");
+    EXPECT_EQ(fs::file_size(path), size) << name;
+    fs::remove(path);
+    EXPECT_TRUE(fs::is_empty(folder_)) << name;
+  }
+  std::signal(SIGXFSZ, handler);
+}
 
 TEST_F(Images, KeepChannelsPixelsAndMetadataInAnExrFile) {
   render::Setting setting = empty_setting();

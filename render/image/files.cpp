@@ -1,4 +1,5 @@
 // Image files; the only file that knows OpenImageIO.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -32,13 +33,15 @@ void check_finite(const Image& image, const std::filesystem::path& path) {
   }
 }
 
-/// Writes `pixels` as `spec` says to a file that is whole or not there.
+/// Writes `pixels` as `spec` says to a file that is whole or not there. Encoded in memory: the library takes no notice of a disk that
+/// is full when the last of a file goes out.
 void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
-  base::write_atomically(path, [&](const std::filesystem::path& temporary) {
-    const auto out = OIIO::ImageOutput::create(temporary.string());
-    if (!out) base::throw_io(path.string(), OIIO::geterror());
-    if (!out->open(temporary.string(), spec) || !out->write_image(type, pixels) || !out->close()) base::throw_io(path.string(), out->geterror());
-  });
+  OIIO::Filesystem::IOVecOutput encoded;
+  const auto out = OIIO::ImageOutput::create(path.string(), &encoded);
+  if (!out) base::throw_io(path.string(), OIIO::geterror());
+  if (!out->open(path.string(), spec) || !out->write_image(type, pixels) || !out->close()) base::throw_io(path.string(), out->geterror());
+  const std::vector<unsigned char>& bytes = encoded.buffer();
+  base::write_text_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 /// Noise of one code value that is the same for a pixel in every frame: it breaks up the steps of a slow gradient.
