@@ -102,6 +102,11 @@ TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
   expect_refusal({"run", "x.toml", "--set", "nonsense"}, 2, {"--set nonsense"});
 }
 
+TEST_F(CommandLine, RefusesAFrameRateThatNoMovieHas) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2, {"--set shot.fps=1e300: shot.fps = 1e+300 1/s: must be above 0 and at most 1000000"});
+}
+
 TEST_F(CommandLine, RefusesAnUnknownRung) {
   write("x.toml", kSmallShot);
   expect_refusal({"run", "x.toml", "--quality", "best"}, 2, {"best", "draft"});
@@ -139,6 +144,7 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"run", "x.toml", "--out"}, "--out: needs one value"},
       {{"run", "x.toml", "--threads", "1", "--threads", "2"}, "--threads: needs one value"},
       {{"run", "x.toml", "--out", ""}, "--out: needs the name of a directory"},
+      {{"diff", "a.png", "b.png", "--out", "d.jpg"}, "--out d.jpg: must end in .png"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);
   for (const std::string range : {"0", "0-2", "3-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})

@@ -310,5 +310,5 @@ TEST_F(Diff, OfARunWithItselfIsNothingAndAMutantIsFound) {
   fs::remove(folder / "again/points/points.0002.vdb");
   expect_refusal({"diff", "one", "again"}, "again/points/points.0002.vdb: No such file or directory");
   write("heavy/ledger/simulate.0002.json", "{\"schema\"");
-  expect_refusal({"diff", "one", "heavy"}, "heavy/ledger/simulate.0002.json: not a record");
+  expect_refusal({"diff", "one", "heavy"}, "heavy/ledger/simulate.0002.json: not a JSON document");
 }

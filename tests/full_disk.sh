@@ -13,7 +13,7 @@ fi
 program=$(readlink -f "$1")
 rounds=${2:-40}
 work=$(mktemp -d)
-trap 'cd /; umount "$work/disk" 2>/dev/null; rm -rf "$work"' EXIT
+trap 'cd /; umount "$work/disk" 2>/dev/null || true; rm -rf "$work"' EXIT
 cd "$work"
 mkdir disk
 

@@ -144,6 +144,7 @@ Request parse_command_line(int count, const char* const* given) {
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
   if (words.out && words.out->empty()) refuse("--out", first == "diff" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
+  if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   return request;
 }
 

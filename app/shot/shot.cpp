@@ -156,7 +156,7 @@ void Shot::params(base::Params& p) {
   std::string up;
   p.table("shot", "the film", [&](base::Params& q) {
     q("frames", frames, "1", "frames to make; frame 1 is t = 0", base::within(1, 1e6));
-    q("fps", fps, "1/s", "frames a second", base::above(0));
+    q("fps", fps, "1/s", "frames a second", {.low = 0, .high = 1e6, .low_open = true});   // more is no movie
     q("up", up, "the direction that is up: z, or y in two dimensions", kUpNames);
     q("checkpoint_every", checkpoint_every, "1", "frames between two checkpoints of the simulation; one more at its end", base::within(1, 1e6));
     q("checkpoint_keep", checkpoint_keep, "1", "checkpoints that are kept, the latest ones", base::within(1, 1e6));
@@ -193,7 +193,8 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
 
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
   const Shot then = make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml");
-  const auto before = flat(stage_keys(then, stage)), after = flat(stage_keys(now, stage));
+  auto before = flat(stage_keys(then, stage)), after = flat(stage_keys(now, stage));
+  for (auto* keys : {&before, &after}) std::sort(keys->begin(), keys->end());   // the order in which they are told
   const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(after.begin(), after.end());
   std::vector<ChangedKey> changed;
   for (const auto& [key, value] : after)
