@@ -153,6 +153,7 @@ TEST_F(Film, RefusesToGoOnWithoutItsShot) {
     EXPECT_NE(refused.err.find("out/x/shot.toml: "), std::string::npos) << refused.err;
     EXPECT_EQ(files(), before);
   }
+  run_well({"simulate", "x.toml", "--frames", "1", "--restart"});   // as the line says
   fs::remove(folder / "out/x/shot.toml");
   const Outcome refused = run({"run", "x.toml", "--set", "sim.cfl=0.5"});
   EXPECT_EQ(refused.exit, 4);

@@ -193,7 +193,7 @@ void spare_shots_of_others(const Making& m) {
   const std::string hint = "another --out leaves it";
   if (fs::equivalent(file, m.shot.file, none) && base::read_file(file, kLargestRecord) != m.shot.resolved)
     throw base::Error({.file = file.string(), .hint = hint, .message = "is the shot itself, and the run would write its own copy over it"});
-  if (!m.folder.has_frames() && !is_resolved(base::read_file(file, kLargestRecord)))
+  if (!m.folder.has_ledger() && !is_resolved(base::read_file(file, kLargestRecord)))
     throw base::Error({.file = file.string(), .hint = hint, .message = "is not of a run, and this one would write its own over it"});
 }
 
@@ -201,7 +201,7 @@ void write_shot(const Making& m, const FolderLock& lock, bool changed) {
   std::error_code none;
   const bool there = fs::exists(m.folder.shot(), none);
   if (there && base::read_file(m.folder.shot(), kLargestRecord) == m.shot.resolved) return;
-  if (!there || changed || reads_otherwise(m)) require_alone(m, lock);
+  if (!lock.alone() && (!there || changed || reads_otherwise(m))) require_alone(m, lock);
   if (lock.alone()) base::write_text_atomically(m.folder.shot(), m.shot.resolved);
 }
 

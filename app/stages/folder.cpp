@@ -97,6 +97,11 @@ bool Folder::has_frames() const {
   return std::any_of(kSeries.begin(), kSeries.end(), [&](const Series& series) { return !recorded_frames(series.stage).empty(); });
 }
 
+bool Folder::has_ledger() const {
+  std::error_code none;
+  return fs::is_directory(root_ / kLedger, none);
+}
+
 std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }
 
 void Folder::make_room_for(const fs::path& file) {

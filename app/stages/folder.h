@@ -39,6 +39,8 @@ class Folder {
   std::vector<std::int64_t> recorded_frames(Stage) const;
   /// Any stage has one.
   bool has_frames() const;
+  /// A run was here, even when none of its frames is left.
+  bool has_ledger() const;
   /// Frames that have a checkpoint, ascending.
   std::vector<std::int64_t> checkpoints() const;
 
