@@ -19,7 +19,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 /// Third-party headers that one folder, and there one file or room, may know.
 const std::map<std::string, std::vector<std::string>> kHomes = {
     {"embree3/", {"render/"}}, {"GL/", {"render/"}},  {"OpenImageIO/", {"render/"}}, {"openvdb/", {"surface/"}},
-    {"cholmod.h", {"sim/"}},   {"CLI/", {"app/"}},    {"toml++/", {"app/"}},         {"hdf5", {"sim/", "app/"}}};
+    {"cholmod.h", {"sim/"}}, {"hwy/", {"sim/transfer/"}},   {"CLI/", {"app/"}},    {"toml++/", {"app/"}},         {"hdf5", {"sim/", "app/"}}};
 
 std::vector<fs::path> sources_of(const std::string& folder) {
   std::vector<fs::path> files;

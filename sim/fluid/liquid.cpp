@@ -1,6 +1,7 @@
 #include "sim/fluid/liquid.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 
@@ -189,6 +190,7 @@ template <int D, class Real>
 State Liquid<D, Real>::state() const {
   State s;
   s.frame = frame_;
+  assert(particles_.rows.empty() && "between steps every row is its particle's");
   s.columns.push_back(make_column<std::int32_t>("cell", particles_.cell, D));
   s.columns.push_back(make_column<Real>("offset", particles_.offset, D));
   s.columns.push_back(make_column<Real>("coefficients", particles_.coefficients, std::int64_t(particles_.row())));

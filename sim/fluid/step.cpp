@@ -29,21 +29,20 @@ int FluidStep<D, Real>::layers() const {
 
 template <int D, class Real>
 void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& ledger) {
-  CellRanges ranges;
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
-    ranges = order_.sort(particles, solids_.lattice);
+    ranges_ = order_.sort(particles, solids_.lattice, transfer_.home());
     // Stencils reach two places beyond a cell; from there the field goes on into the air, and whoever reads at its rim looks one further.
-    if (free_surface_) blocks_.cover(ranges, layers() + 3);
+    if (free_surface_) blocks_.cover(ranges_, layers() + 3);
   }
   {
     const auto pass = ledger.pass("p2g", bytes_of(particles) + 4 * grid_bytes());
-    transfer_.scatter(particles, ranges, blocks_, grid_);
+    transfer_.scatter(particles, ranges_, blocks_, grid_);
     counts_.light_faces += grid_.light_faces;
   }
   {
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
-    kind_ = classify_cells(ranges, blocks_, solids_, free_surface_);
+    kind_ = classify_cells(ranges_, blocks_, solids_, free_surface_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
@@ -87,12 +86,14 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
     extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
   const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-  transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
+  if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
+  else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles);
 }
 
 template <int D, class Real>
 void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
   const bool limits = options_.carry != Carry::fixed;
+  ranges_ = {};
   if (limits) departure_ = {particles.cell, particles.offset};
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());

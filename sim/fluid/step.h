@@ -56,6 +56,7 @@ class FluidStep {
   bool free_surface_;
   MacTransfer<D, Real> transfer_;
   CanonicalOrder<D, Real> order_;
+  CellRanges ranges_;                 // of the particles as `scatter` sorted them; none once they have moved
   std::vector<CellKind> kind_;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces

@@ -34,8 +34,13 @@ class KeyTable {
   std::size_t mask_ = 0;
 };
 
+/// Which place a particle belongs to: its cell, or the node nearest to it (on periodic axes the node's place in the domain). Lanes of one
+/// batch share the nodes they reach if they belong together on the transfer's lattice.
+enum class Home { cell, nearest_node };
+
 /// Where the particles of each cell and block begin, once they are in canonical order.
 struct CellRanges {
+  Home home = Home::cell;                  // what "cell" means here
   std::vector<std::int64_t> occupied;      // keys of the blocks that hold particles, ascending
   std::vector<std::uint32_t> begin;        // by [place in occupied * kCellsPerBlock + cell in the block]; one more entry at the end
 };

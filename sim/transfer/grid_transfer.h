@@ -2,10 +2,12 @@
 // Particles <-> grid, for grids of any layout: `Layout` says on how many lattices the velocity lives (mac_transfer.h: each component on
 // faces of its own; node_transfer.h: all on the nodes), and what its fields look like. Masses are in units of a particle's mass.
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "sim/scene.h"
 #include "sim/transfer/blocks.h"
+#include "sim/transfer/lanes.h"
 #include "sim/transfer/modes.h"
 #include "sim/transfer/order.h"
 #include "sim/transfer/tensor.h"
@@ -31,6 +33,13 @@ struct Departure {
   std::vector<Vec<D, Real>> offset;
 };
 
+/// dv/dx of the interpolated velocity at each particle, in the order they are stored [m/s a cell]: row = component, column = axis.
+template <int D, class Real>
+using Gradients = std::vector<Eigen::Matrix<Real, D, D, Eigen::RowMajor>>;
+
+/// fast: eight particles at a time where lanes.h has a path for the set, plain elsewhere. plain: one particle at a time, the reference.
+enum class Path { fast, plain };
+
 /// The transfer of one scheme: mode set and kernel. Stateless between calls. Fields live on `blocks`, which must hold the stencils of all
 /// particles (ActiveBlocks::cover with a depth of two or more); what a stencil reads where no block is active is 0.
 template <class Layout>
@@ -42,13 +51,23 @@ class GridTransfer {
   using Mass = typename Layout::Mass;
   using Grid = typename Layout::Grid;     // both, and the count of invalid places
 
-  GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes);
+  GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes, Path path = Path::fast);
+  /// How particles must be sorted for the fast path; sorted otherwise they take the plain one.
+  Home home() const { return Layout::kLattices == 1 && kernel_ == Kernel::quadratic ? Home::nearest_node : Home::cell; }
+  bool is_fast() const { return kernels_.scatter != nullptr; }
 
   /// P2G: masses and velocities from particles in canonical order. Each block sums its particles in an array of its own; the blocks'
   /// arrays are added colour by colour: sums keep one order.
   void scatter(const Particles<D, Real>&, const CellRanges&, const ActiveBlocks<D>& blocks, Grid&) const;
   /// G2P: coefficients from grid velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
+  /// Particles in any order, one at a time.
   void gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
+  /// The same for particles in canonical order, by the fast path if there is one. On nodes with the quadratic kernel `gradients` (if given) gets
+  /// those of the velocity. `after` (if given) is called with the range of particles of a block as soon as these are gathered, their data
+  /// still in the cache; several blocks may be under way.
+  using After = std::function<void(std::size_t begin, std::size_t end)>;
+  void gather(const CellRanges&, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&,
+              Gradients<D, Real>* gradients = nullptr, const After& after = {}) const;
   /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from
   /// `from` (Carry::limited), or only where the stencil at `from` has a node lighter than kLightNode in `mass`, that step's (Carry::hybrid).
   /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled.
@@ -66,12 +85,17 @@ class GridTransfer {
   /// The same of the grid, over valid faces or nodes.
   Sums sums(const ActiveBlocks<D>& blocks, const Grid&, double particle_mass, double h) const;
 
+  Kernel kernel() const { return kernel_; }
   const std::vector<ModeIndex<D>>& modes() const { return modes_; }
 
  private:
+  void gather_plainly(const ActiveBlocks<D>&, const Field& velocity, const Field* before, const GatherRule&, std::size_t begin, std::size_t end,
+                      Particles<D, Real>&, Gradients<D, Real>* gradients) const;
+
   Kernel kernel_;
   std::vector<ModeIndex<D>> modes_;
   std::vector<int> place_;   // of each mode in the stencil's tensor
+  lanes::Kernels kernels_;   // of the fast path, or null
 };
 
 }  // namespace sim

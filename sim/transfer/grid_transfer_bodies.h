@@ -2,6 +2,7 @@
 // The bodies of GridTransfer's members, for the two files that instantiate them: a layout each, because they take long to compile.
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 
 #include "base/parallel.h"
 #include "sim/transfer/carry.h"
@@ -77,7 +78,9 @@ class BlockSums {
   }();
   static constexpr auto kSteps = node_steps<n, D>(kStride);
 
-  explicit BlockSums(const Cell<D>& block) {
+  static constexpr int kFields = Layout::kLattices + D;
+
+  BlockSums(const Cell<D>& block, const Lattice<D>& lattice) : cells_(lattice.cells) {
     for (int a = 0; a < D; ++a) lower_[a] = block[a] * Lattice<D>::kBlock - 1;
   }
 
@@ -89,40 +92,119 @@ class BlockSums {
       const Tensor<Real, n, D> w = weights<D>(stencil);
       const Cell<D> at = first_node<Basis, D>(stencil);
       std::ptrdiff_t first = 0;
-      for (int a = 0; a < D; ++a) first += (at[a] - lower_[a]) * kStride[a];
-      for (std::size_t node = 0; node < w.size(); ++node) mass_[l][std::size_t(first + kSteps[node])] += w[node];
+      for (int a = 0; a < D; ++a) {
+        const int from_lower = at[a] - lower_[a];   // too far: the particle's nearest node is the first of a periodic axis
+        first += (from_lower + n > kEdge ? from_lower - cells_[a] : from_lower) * kStride[a];
+      }
+      for (std::size_t node = 0; node < w.size(); ++node) sums_[l][std::size_t(first + kSteps[node])] += w[node];
       for (int k = 0; k < Layout::kComponents; ++k) {
         const int component = Layout::component(l, k);
         const std::span<const Real> c = particles.component(p, component);
         Tensor<Real, n, D> value{};
         for (std::size_t r = 0; r < place.size(); ++r) value[place[r]] = c[r];
         evaluate<D>(stencil, value);
-        for (std::size_t node = 0; node < w.size(); ++node) momentum_[component][std::size_t(first + kSteps[node])] += w[node] * value[node];
+        std::array<Real, kSize>& momentum = sums_[Layout::kLattices + component];
+        for (std::size_t node = 0; node < w.size(); ++node) momentum[std::size_t(first + kSteps[node])] += w[node] * value[node];
       }
     }
   }
+
+  /// All of it: kFields fields of kEdge^D numbers.
+  Real* data() { return sums_.front().data(); }
 
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, int count) {
       for (int l = 0; l < Layout::kLattices; ++l)
-        for (int k = 0; k < count; ++k) Layout::mass(grid.mass, l)[to + std::size_t(k)] += mass_[l][std::size_t(from + k)];
+        for (int k = 0; k < count; ++k) Layout::mass(grid.mass, l)[to + std::size_t(k)] += sums_[l][std::size_t(from + k)];
       for (int c = 0; c < D; ++c)
-        for (int k = 0; k < count; ++k) Layout::at(grid.velocity, c, to + std::size_t(k)) += momentum_[c][std::size_t(from + k)];
+        for (int k = 0; k < count; ++k) Layout::at(grid.velocity, c, to + std::size_t(k)) += sums_[Layout::kLattices + c][std::size_t(from + k)];
     });
   }
 
  private:
   static constexpr std::size_t kSize = std::size_t(int_power(kEdge, D));
   Cell<D> lower_;                                              // the node at index 0
-  std::array<std::array<Real, kSize>, Layout::kLattices> mass_{};
-  std::array<std::array<Real, kSize>, D> momentum_{};
+  Cell<D> cells_;                                              // of the domain
+  std::array<std::array<Real, kSize>, kFields> sums_{};        // masses by lattice, momenta by component
 };
+
+/// The fast path's kernels for a mode set; null where there are none.
+template <class Layout>
+lanes::Kernels kernels_of(Kernel kernel, const std::vector<ModeIndex<Layout::kDimension>>& modes) {
+  if constexpr (Layout::kDimension == 3 && std::is_same_v<typename Layout::Real, float>) {
+    if (!std::equal(modes.begin(), modes.end(), std::begin(kSupplementOrder3))) return {};
+    const int count = int(modes.size());
+    if (Layout::kLattices == 3) return kernel == Kernel::linear ? lanes::faces_linear(count) : lanes::faces_quadratic(count);
+    return kernel == Kernel::linear ? lanes::nodes_linear(count) : lanes::nodes_quadratic(count);
+  }
+  return {};
+}
+
+/// What the fast path needs to know of a block's particles.
+template <int D, class Real>
+lanes::Block lanes_of(const CellRanges& ranges, std::size_t block, const Particles<D, Real>& particles, Real* coefficients) {
+  lanes::Block b;
+  if constexpr (std::is_same_v<Real, float>) {
+    b.begin = &ranges.begin[block * Lattice<D>::kCellsPerBlock];
+    b.offset = particles.offset.front().data();
+    b.row = particles.rows.empty() ? nullptr : particles.rows.data();
+    b.coefficients = coefficients;
+  }
+  return b;
+}
+
+template <class Value>
+void fill(std::vector<Value>& field, std::size_t size, const Value& value) {
+  field.resize(size);
+  base::parallel_chunks(size, 65536, [&](std::size_t begin, std::size_t end) { std::fill(field.begin() + begin, field.begin() + end, value); });
+}
 
 /// A component's value at an index, 0 where no block is active.
 template <class Layout>
 typename Layout::Real read(const typename Layout::Field& field, int component, std::ptrdiff_t index) {
   return index < 0 ? typename Layout::Real(0) : Layout::at(field, component, std::size_t(index));
+}
+
+/// Values of a block's tile, component by component; what is not active stays as it is.
+template <class Layout, int kTile, std::size_t size>
+void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout::kDimension>& block, const typename Layout::Field& field,
+               std::array<typename Layout::Real, size>& tile) {
+  constexpr std::size_t places = size / Layout::kDimension;
+  blocks.template for_tile<kTile>(block, [&](int to, std::size_t from, int count) {
+    for (int c = 0; c < Layout::kDimension; ++c)
+      for (int k = 0; k < count; ++k) tile[std::size_t(c) * places + std::size_t(to + k)] = Layout::at(field, c, from + std::size_t(k));
+  });
+}
+
+/// The fast path: a block's particles from a tile of the field around it. n nodes a stencil and axis.
+template <class Layout, int n>
+void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b, const ActiveBlocks<Layout::kDimension>& blocks,
+                  const typename Layout::Field& velocity, const typename Layout::Field* before, const GatherRule& rule,
+                  Particles<Layout::kDimension, typename Layout::Real>& particles, Gradients<Layout::kDimension, typename Layout::Real>* gradients) {
+  using Real = typename Layout::Real;
+  constexpr int D = Layout::kDimension, kTile = Lattice<D>::kBlock + n;
+  if constexpr (std::is_same_v<Real, float>) {
+    std::array<Real, std::size_t(D * int_power(kTile, D))> now{}, then;
+    const Cell<D> block = blocks.lattice().block_at(ranges.occupied[b]);
+    load_tile<Layout, kTile>(blocks, block, velocity, now);
+    lanes::Gathering g{.tile = now.data(), .keep = float(rule.keep)};
+    if (rule.flip) {
+      then.fill(0);
+      load_tile<Layout, kTile>(blocks, block, *before, then);
+      g.before = then.data();
+    }
+    if (gradients) g.gradient = gradients->front().data();
+    kernel(lanes_of(ranges, b, particles, particles.coefficients.data()), g);
+  }
+}
+
+/// dv/dx along an axis from the coefficients of all modes: the kernel's derivative is dual[w] - x (1 - 4 x^2) dual[g].
+template <int D, class Real>
+Real slope(const Stencil<QuadraticBasis<Real>, D>& stencil, const Tensor<Real, 3, D>& coefficients, int axis) {
+  const Real x = stencil[axis].x;
+  const std::size_t step = std::size_t(int_power(3, D - 1 - axis));
+  return coefficients[step] - x * ((1 - 2 * x) * (1 + 2 * x)) * coefficients[2 * step];
 }
 
 /// Momenta become velocities; what is too light becomes 0 and is counted where a particle reached it.
@@ -151,7 +233,8 @@ std::int64_t divide_by_mass(typename Layout::Grid& grid, std::size_t size) {
 }  // namespace
 
 template <class Layout>
-GridTransfer<Layout>::GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes) : kernel_(kernel), modes_(std::move(modes)) {
+GridTransfer<Layout>::GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes, Path path) : kernel_(kernel), modes_(std::move(modes)) {
+  if (path == Path::fast) kernels_ = kernels_of<Layout>(kernel, modes_);
   for (const ModeIndex<D>& mode : modes_)
     place_.push_back(kernel == Kernel::linear ? tensor_place<2, D>(mode) : tensor_place<3, D>(mode));
 }
@@ -160,13 +243,19 @@ template <class Layout>
 void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const CellRanges& ranges, const ActiveBlocks<D>& blocks, Grid& grid) const {
   assert(particles.modes == int(modes_.size()));
   constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
+  const bool fast = is_fast() && ranges.home == home();
   Layout::clear(grid.velocity, blocks.size());
-  for (int l = 0; l < Layout::kLattices; ++l) Layout::mass(grid.mass, l).assign(blocks.size(), 0);
+  for (int l = 0; l < Layout::kLattices; ++l) fill(Layout::mass(grid.mass, l), blocks.size(), Real(0));
   with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
     for_blocks_by_colour<D>(ranges, blocks.lattice(), [&](std::size_t b, const Cell<D>& block) {
-      BlockSums<Layout, Basis::kNodes> sums(block);
-      for (std::size_t p = ranges.begin[b * per_block]; p < ranges.begin[(b + 1) * per_block]; ++p) sums.template add<Basis>(particles, p, place_);
+      BlockSums<Layout, Basis::kNodes> sums(block, blocks.lattice());
+      if (fast) {
+        if constexpr (std::is_same_v<Real, float>)   // the kernels only read
+          kernels_.scatter(lanes_of(ranges, b, particles, const_cast<Real*>(particles.coefficients.data())), sums.data());
+      } else {
+        for (std::size_t p = ranges.begin[b * per_block]; p < ranges.begin[(b + 1) * per_block]; ++p) sums.template add<Basis>(particles, p, place_);
+      }
       sums.add_to(grid, blocks, block);
     });
   });
@@ -177,36 +266,66 @@ template <class Layout>
 void GridTransfer<Layout>::gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule& rule,
                                   Particles<D, Real>& particles) const {
   assert(!rule.flip || before);
+  if (rule.flip) particles.settle();
+  particles.rows.clear();
+  base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    gather_plainly(blocks, velocity, before, rule, begin, end, particles, nullptr);
+  });
+}
+
+template <class Layout>
+void GridTransfer<Layout>::gather(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before,
+                                  const GatherRule& rule, Particles<D, Real>& particles, Gradients<D, Real>* gradients, const After& after) const {
+  assert(!rule.flip || before);
+  assert(!gradients || home() == Home::nearest_node);
+  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
+  if (rule.flip) particles.settle();
+  particles.rows.clear();
+  if (gradients) gradients->resize(particles.size());
+  const bool fast = is_fast() && ranges.home == home();
+  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
+    const std::size_t begin = ranges.begin[b * per_block], end = ranges.begin[(b + 1) * per_block];
+    if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles, gradients);
+    else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
+    else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
+    if (after) after(begin, end);
+  });
+}
+
+template <class Layout>
+void GridTransfer<Layout>::gather_plainly(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule& rule,
+                                          std::size_t begin, std::size_t end, Particles<D, Real>& particles, Gradients<D, Real>* gradients) const {
   with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
     constexpr int n = Basis::kNodes;
-    base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) {
-        const ParticleStencils<Basis, Layout> stencils(particles.cell[p], particles.offset[p]);
-        for (int l = 0; l < Layout::kLattices; ++l) {
-          const Stencil<Basis, D> stencil = stencils.of(l);
-          const auto at = blocks.template places<n>(first_node<Basis, D>(stencil));
-          for (int k = 0; k < Layout::kComponents; ++k) {
-            const int component = Layout::component(l, k);
-            const std::span<Real> c = particles.component(p, component);
-            Tensor<Real, n, D> value;
-            for (std::size_t node = 0; node < value.size(); ++node) value[node] = read<Layout>(velocity, component, at[node]);
-            if (rule.flip) {
-              const Tensor<Real, n, D> w = weights<D>(stencil);
-              Real now = 0, then = 0;
-              for (std::size_t node = 0; node < value.size(); ++node) {
-                now += w[node] * value[node];
-                then += w[node] * read<Layout>(*before, component, at[node]);
-              }
-              c[0] = now + Real(rule.keep) * (c[0] - then);
-              continue;
+    for (std::size_t p = begin; p < end; ++p) {
+      const ParticleStencils<Basis, Layout> stencils(particles.cell[p], particles.offset[p]);
+      for (int l = 0; l < Layout::kLattices; ++l) {
+        const Stencil<Basis, D> stencil = stencils.of(l);
+        const auto at = blocks.template places<n>(first_node<Basis, D>(stencil));
+        for (int k = 0; k < Layout::kComponents; ++k) {
+          const int component = Layout::component(l, k);
+          const std::span<Real> c = particles.component(p, component);
+          Tensor<Real, n, D> value;
+          for (std::size_t node = 0; node < value.size(); ++node) value[node] = read<Layout>(velocity, component, at[node]);
+          if (rule.flip) {
+            const Tensor<Real, n, D> w = weights<D>(stencil);
+            Real now = 0, then = 0;
+            for (std::size_t node = 0; node < value.size(); ++node) {
+              now += w[node] * value[node];
+              then += w[node] * read<Layout>(*before, component, at[node]);
             }
-            analyse<D>(stencil, value);
-            for (std::size_t r = 0; r < place_.size(); ++r) c[r] = value[place_[r]];
+            c[0] = now + Real(rule.keep) * (c[0] - then);
+            if (!gradients) continue;
           }
+          analyse<D>(stencil, value);
+          for (std::size_t r = 0; r < place_.size() && !rule.flip; ++r) c[r] = value[place_[r]];
+          if constexpr (n == 3)
+            if (gradients)
+              for (int a = 0; a < D; ++a) (*gradients)[p](component, a) = slope<D>(stencil, value, a);
         }
       }
-    });
+    }
   });
 }
 

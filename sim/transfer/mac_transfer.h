@@ -33,7 +33,10 @@ struct FaceLayout {
   static auto& mass(auto& masses, int lattice) { return masses[lattice]; }
   static std::int64_t& light(Grid& grid) { return grid.light_faces; }
   static void clear(Field& velocity, std::size_t size) {
-    for (auto& component : velocity) component.assign(size, 0);
+    for (auto& component : velocity) {
+      component.resize(size);
+      base::parallel_chunks(size, 65536, [&](std::size_t begin, std::size_t end) { std::fill(&component[begin], &component[0] + end, Real(0)); });
+    }
   }
 };
 

@@ -7,12 +7,7 @@
 namespace sim {
 namespace {
 
-constexpr ModeIndex<2> kOrder2[] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {2, 0}, {0, 2}, {2, 1}, {1, 2}, {2, 2}};
-
-constexpr ModeIndex<3> kOrder3[] = {
-    {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}, {2, 0, 0},
-    {0, 2, 0}, {0, 0, 2}, {2, 2, 0}, {2, 0, 2}, {0, 2, 2}, {2, 2, 2}, {2, 1, 0}, {2, 0, 1}, {2, 1, 1},
-    {1, 2, 0}, {0, 2, 1}, {1, 2, 1}, {1, 0, 2}, {0, 1, 2}, {1, 1, 2}, {2, 2, 1}, {2, 1, 2}, {1, 2, 2}};
+constexpr ModeIndex<2> kSupplementOrder2[] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {2, 0}, {0, 2}, {2, 1}, {1, 2}, {2, 2}};
 
 template <int D>
 int total_degree(const ModeIndex<D>& mode) {
@@ -36,8 +31,8 @@ std::vector<ModeIndex<D>> filtered(int degree, const Keeps& keeps) {
 template <int D>
 std::vector<ModeIndex<D>> ordered_modes(int degree) {
   std::vector<ModeIndex<D>> modes;
-  if constexpr (D == 2) modes.assign(std::begin(kOrder2), std::end(kOrder2));
-  else modes.assign(std::begin(kOrder3), std::end(kOrder3));
+  if constexpr (D == 2) modes.assign(std::begin(kSupplementOrder2), std::end(kSupplementOrder2));
+  else modes.assign(std::begin(kSupplementOrder3), std::end(kSupplementOrder3));
   std::erase_if(modes, [&](const ModeIndex<D>& mode) { return highest_degree<D>(mode) > degree; });
   return modes;
 }

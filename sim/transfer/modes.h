@@ -14,6 +14,12 @@ inline constexpr std::array<std::string_view, 3> kModeSetNames{"multilinear", "q
 template <int D>
 using ModeIndex = std::array<int, D>;
 
+/// The order of the supplement in 3-D, put right.
+inline constexpr ModeIndex<3> kSupplementOrder3[] = {
+    {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}, {2, 0, 0},
+    {0, 2, 0}, {0, 0, 2}, {2, 2, 0}, {2, 0, 2}, {0, 2, 2}, {2, 2, 2}, {2, 1, 0}, {2, 0, 1}, {2, 1, 1},
+    {1, 2, 0}, {0, 2, 1}, {1, 2, 1}, {1, 0, 2}, {0, 1, 2}, {1, 1, 2}, {2, 2, 1}, {2, 1, 2}, {1, 2, 2}};
+
 /// All modes in the order of the PolyPIC supplement, with its swapped pairs put right: 3-D modes 6 and 7 are xz and yz, modes 13
 /// and 14 are g1 g3 and g2 g3. Every prefix of it is a mode set. `degree` is 1 (linear kernel) or 2 (quadratic kernel).
 template <int D>

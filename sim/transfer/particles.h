@@ -1,6 +1,7 @@
 #pragma once
 // Particles as they are stored: integer cell, offset in it, and the coefficients of the mode set for each velocity component.
 // A float world position would lose motion far from the origin; a float offset does not.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -18,15 +19,29 @@ template <int D, class Real>
 struct Particles {
   std::vector<Cell<D>> cell;
   std::vector<Vec<D, Real>> offset;        // [cells] in [0, 1)
-  std::vector<Real> coefficients;          // [m/s] particle, component, mode: row-major
+  std::vector<Real> coefficients;          // [m/s] row, component, mode: row-major
+  /// Of each particle, its row of coefficients; empty when particle p has row p. A sort leaves the rows where they are, for the next gather
+  /// writes them all anew.
+  std::vector<std::uint32_t> rows;
   std::vector<std::int64_t> id;            // from 0
   int modes = 1;                           // coefficients a component
   double mass = 0;                         // [kg] of each particle
 
   std::size_t size() const { return id.size(); }
   std::size_t row() const { return std::size_t(D * modes); }
-  std::span<Real> component(std::size_t p, int a) { return {&coefficients[p * row() + std::size_t(a * modes)], std::size_t(modes)}; }
-  std::span<const Real> component(std::size_t p, int a) const { return {&coefficients[p * row() + std::size_t(a * modes)], std::size_t(modes)}; }
+  std::size_t row_of(std::size_t p) const { return rows.empty() ? p : rows[p]; }
+  std::span<Real> component(std::size_t p, int a) { return {&coefficients[row_of(p) * row() + std::size_t(a * modes)], std::size_t(modes)}; }
+  std::span<const Real> component(std::size_t p, int a) const {
+    return {&coefficients[row_of(p) * row() + std::size_t(a * modes)], std::size_t(modes)};
+  }
+  /// Moves every row to its particle.
+  void settle() {
+    if (rows.empty()) return;
+    std::vector<Real> moved(coefficients.size());
+    for (std::size_t p = 0; p < size(); ++p) std::copy_n(&coefficients[rows[p] * row()], row(), &moved[p * row()]);
+    coefficients.swap(moved);
+    rows.clear();
+  }
   /// Mean velocity: the constant modes [m/s].
   Vec<D, Real> velocity(std::size_t p) const {
     Vec<D, Real> v;
@@ -40,7 +55,7 @@ struct Particles {
     return x;
   }
   void resize(std::size_t n) {
-    cell.resize(n), offset.resize(n), id.resize(n), coefficients.resize(n * row());
+    cell.resize(n), offset.resize(n), id.resize(n), coefficients.resize(n * row()), rows.clear();
   }
 };
 

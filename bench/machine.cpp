@@ -1,0 +1,92 @@
+#include "bench/machine.h"
+
+#include <benchmark/benchmark.h>
+#include <immintrin.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <map>
+#include <vector>
+
+#include "base/parallel.h"
+
+namespace bench {
+namespace {
+
+double seconds_of(const auto& body) {
+  const auto start = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double best_of(int repeats, const auto& body) {
+  double best = seconds_of(body);
+  for (int r = 1; r < repeats; ++r) best = std::min(best, seconds_of(body));
+  return best;
+}
+
+double stream(int threads) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  constexpr std::size_t kCount = 24 << 20;   // far more than caches hold
+  static std::vector<float> a(kCount), b(kCount, 1.0f), c(kCount, 2.0f);
+  const double s = best_of(7, [] {
+    base::parallel_chunks(kCount, 1 << 16, [](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; i += 8)
+        _mm256_stream_ps(&a[0] + i, _mm256_fmadd_ps(_mm256_set1_ps(3.0f), _mm256_loadu_ps(&c[i]), _mm256_loadu_ps(&b[i])));
+    });
+  });
+  return 3.0 * sizeof(float) * double(kCount) / s;
+}
+
+double multiply_adds(int threads) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  constexpr std::size_t kRounds = 4 << 20, kChains = 12;
+  static std::vector<float> sinks(64 * std::size_t(threads));
+  const double s = best_of(5, [&] {
+    base::parallel_chunks(std::size_t(threads), 1, [&](std::size_t t, std::size_t) {
+      __m256 x[kChains];
+      for (std::size_t k = 0; k < kChains; ++k) x[k] = _mm256_set1_ps(float(k));
+      const __m256 m = _mm256_set1_ps(0.999f), d = _mm256_set1_ps(1e-3f);
+      for (std::size_t r = 0; r < kRounds; ++r) {
+#pragma GCC unroll 12
+        for (std::size_t k = 0; k < kChains; ++k) x[k] = _mm256_fmadd_ps(x[k], m, d);
+        benchmark::ClobberMemory();
+      }
+      for (std::size_t k = 1; k < kChains; ++k) x[0] = _mm256_add_ps(x[0], x[k]);
+      _mm256_storeu_ps(&sinks[64 * t], x[0]);
+    });
+  });
+  return 16.0 * double(kRounds * kChains) * threads / s;
+}
+
+void stream_benchmark(benchmark::State& state, int threads) {
+  for (auto _ : state) state.counters["GB_per_second"] = stream(threads) * 1e-9;
+}
+
+void multiply_add_benchmark(benchmark::State& state, int threads) {
+  for (auto _ : state) state.counters["Gflop_per_second"] = multiply_adds(threads) * 1e-9;
+}
+
+const int kRegistered = [] {
+  for (const int threads : {1, 2}) {
+    benchmark::RegisterBenchmark(("machine/stream/threads:" + std::to_string(threads)).c_str(), stream_benchmark, threads)->Iterations(1);
+    benchmark::RegisterBenchmark(("machine/multiply_add/threads:" + std::to_string(threads)).c_str(), multiply_add_benchmark, threads)->Iterations(1);
+  }
+  return 0;
+}();
+
+}  // namespace
+
+const Ceilings& ceilings(int threads) {
+  static std::map<int, Ceilings> found;
+  const auto [at, is_new] = found.try_emplace(threads);
+  if (is_new) at->second = {stream(threads), multiply_adds(threads)};
+  return at->second;
+}
+
+double roofline(double bytes, double operations, int threads) {
+  const Ceilings& most = ceilings(threads);
+  return std::max(bytes / most.bytes_per_second, operations / most.operations_per_second);
+}
+
+}  // namespace bench

@@ -1,0 +1,11 @@
+#include "sim/transfer/lanes.h"
+
+#include <hwy/targets.h>
+
+namespace sim::lanes {
+
+void allow_avx512(bool allowed) { hwy::SetSupportedTargetsForTest(allowed ? 0 : HWY_AVX2); }
+
+const char* instructions() { return hwy::SupportedTargets() & HWY_AVX3 ? "avx512" : "avx2"; }
+
+}  // namespace sim::lanes

@@ -1,0 +1,50 @@
+#pragma once
+// The fast transfers: eight particles of one cell at a time, a lane each. Lanes share the nodes they read and write, so a node's value is
+// broadcast and nothing is gathered; a block works on a dense tile of its own. In 3-D and single precision, for the mode sets people use:
+// 1, 4, 8 modes, and 27 with the quadratic kernel. Everything else runs the plain path of grid_transfer_bodies.h, which is the reference.
+//
+// Vectors have eight lanes on every processor, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give
+// the same bits.
+#include <cstdint>
+
+#include "sim/transfer/lattice.h"
+
+namespace sim::lanes {
+
+/// The particles of a block, in canonical order.
+struct Block {
+  const std::uint32_t* begin = nullptr;   // of the particles of each cell; one more entry at the end
+  const float* offset = nullptr;          // of all particles, three each
+  const std::uint32_t* row = nullptr;     // of each particle, its row of coefficients; null: its own number
+  float* coefficients = nullptr;          // rows of three components
+};
+
+/// Adds what the particles bring: masses and momenta, fields of kTile^3 numbers in the order mass (one a lattice), momentum x, y, z.
+using Scatter = void (*)(const Block&, float* tile);
+
+/// What a gather reads and writes besides the particles.
+struct Gathering {
+  const float* tile = nullptr;            // velocity x, y, z, kTile^3 numbers each
+  const float* before = nullptr;          // the same of the field before forces: FLIP, else null
+  float keep = 0;                         // FLIP's
+  float* gradient = nullptr;              // of all particles, nine each (row-major: component, axis) [m/s a cell]; null: not asked
+};
+using Gather = void (*)(const Block&, const Gathering&);
+
+struct Kernels {
+  Scatter scatter = nullptr;
+  Gather gather = nullptr;
+};
+
+/// For this processor; null where there is no fast path for the set. The gradient is that of the quadratic kernel's interpolation on nodes.
+Kernels faces_quadratic(int modes);
+Kernels faces_linear(int modes);
+Kernels nodes_quadratic(int modes);
+Kernels nodes_linear(int modes);
+
+/// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
+void allow_avx512(bool);
+/// "avx2" or "avx512": what kernels found now are made of.
+const char* instructions();
+
+}  // namespace sim::lanes

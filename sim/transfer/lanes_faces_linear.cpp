@@ -1,0 +1,17 @@
+#define HWY_TARGET_INCLUDE "sim/transfer/lanes_faces_linear.cpp"
+#include <hwy/foreach_target.h>   // includes this file once for every instruction set
+
+#include "sim/transfer/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sim::lanes::HWY_NAMESPACE {
+Kernels find_faces_linear(int modes) { return find<2, true>(modes); }
+}  // namespace sim::lanes::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sim::lanes {
+HWY_EXPORT(find_faces_linear);
+Kernels faces_linear(int modes) { return HWY_DYNAMIC_DISPATCH(find_faces_linear)(modes); }
+}  // namespace sim::lanes
+#endif
