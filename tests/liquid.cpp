@@ -161,13 +161,16 @@ TEST(Liquid, AsksBetweenStepsWhetherToStop) {
 }
 
 /// A liquid block of `edge` cells with walls on all sides but, if `open`, the top.
-std::vector<CellKind> pool(const ActiveBlocks<3>& blocks, bool open) {
-  std::vector<CellKind> kind(blocks.size(), CellKind::solid);
+LiquidCells<3> pool(const ActiveBlocks<3>& blocks, bool open) {
+  LiquidCells<3> cells;
+  cells.open.update(Solids<3>(Scene{}, blocks.lattice()), blocks);
+  std::vector<CellKind>& kind = cells.kind;
+  kind.assign(blocks.size(), CellKind::solid);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Cell<3> at = blocks.cell_at(i);
     if (blocks.lattice().inside(at)) kind[i] = open && at[2] == blocks.lattice().cells[2] - 1 ? CellKind::air : CellKind::liquid;
   }
-  return kind;
+  return cells;
 }
 
 FaceField<3, double> noise(const ActiveBlocks<3>& blocks) {
@@ -186,7 +189,7 @@ TEST(Pressure, LeavesNoDivergence) {
       const auto blocks = ActiveBlocks<3>::whole(Lattice<3>({edge, edge, edge}));
       FaceField<3, double> v = noise(blocks);
       FaceMask<3> valid;
-      const PressureReport report = project(v, pool(blocks, open), blocks, 1e-10, valid);
+      const PressureReport report = Projection<3>().project(v, pool(blocks, open), blocks, 1e-10, valid);
       EXPECT_EQ(report.iterations == 0, report.unknowns <= kDirectUnknowns);
       EXPECT_EQ(report.closed_pockets, open ? 0 : 1);
       EXPECT_LE(report.max_divergence, 1e-8) << "edge " << edge << " open " << open;

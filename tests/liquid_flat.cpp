@@ -255,7 +255,9 @@ TEST(Cells, CloseAGapOfOneCellButNoSurface) {
   CanonicalOrder<2, float> order;
   const CellRanges ranges = order.sort(particles, lattice);
   const auto blocks = ActiveBlocks<2>::whole(lattice);
-  const auto kind = classify_cells(ranges, blocks, solids), full = classify_cells(ranges, blocks, solids, /*free_surface=*/false);
+  OpenFaces<2> open;
+  open.update(solids, blocks);
+  const auto kind = classify_cells(ranges, blocks, solids, open), full = classify_cells(ranges, blocks, solids, open, /*free_surface=*/false);
   const auto at = [&](const std::vector<CellKind>& k, int x, int y) { return k[std::size_t(blocks.index({x, y}))]; };
   EXPECT_EQ(at(kind, 4, 1), CellKind::liquid);
   EXPECT_EQ(at(kind, 0, 0), CellKind::liquid);   // in the corner: two walls, two liquid cells

@@ -7,46 +7,96 @@ namespace {
 
 constexpr std::size_t kChunk = 256;   // blocks
 
-// No two cells of which this changes one are neighbours: their order does not matter.
+using Cells = std::vector<std::size_t>;
+
+Cells append(Cells all, const Cells& part) {
+  all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+/// Calls visit(index or kAbsent) for the neighbours across open faces.
+template <int D, class Visit>
+void across_open_faces(std::size_t i, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open, const Visit& visit) {
+  for (int a = 0; a < D; ++a) {
+    if (open(a, i) > 0) visit(blocks.neighbour(i, a, 0));
+    const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
+    if (above < 0 || open(a, std::size_t(above)) > 0) visit(above);
+  }
+}
+
 template <int D>
-void fill_gaps(std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+bool is_closed(std::size_t i, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  for (int a = 0; a < D; ++a) {
+    const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
+    if (open(a, i) > 0 || (above >= 0 && open(a, std::size_t(above)) > 0)) return false;
+  }
+  return true;
+}
+
+/// No two cells of which this changes one are neighbours: their order does not matter.
+template <int D>
+void fill_gaps(std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
   const auto is_gap = [&](std::size_t i) {
-    bool wet = false;
-    for (int a = 0; a < D; ++a) {
-      const CellKind below = value_at(kind, blocks.neighbour(i, a, 0), CellKind::air);
-      const CellKind above = value_at(kind, blocks.neighbour(i, a, 1), CellKind::air);
-      if (below == CellKind::air || above == CellKind::air) return false;
-      wet = wet || below == CellKind::liquid || above == CellKind::liquid;
-    }
-    return wet;
+    bool wet = false, dry = false;
+    across_open_faces(i, blocks, open, [&](std::ptrdiff_t j) {
+      const CellKind near = value_at(kind, j, CellKind::air);
+      wet = wet || near == CellKind::liquid;
+      dry = dry || near == CellKind::air;
+    });
+    return wet && !dry;
   };
   const auto find = [&](std::size_t begin, std::size_t end) {
-    std::vector<std::size_t> gaps;
+    Cells gaps;
     for (std::size_t i = begin; i < end; ++i)
       if (kind[i] == CellKind::air && is_gap(i)) gaps.push_back(i);
     return gaps;
   };
-  const auto append = [](std::vector<std::size_t> all, const std::vector<std::size_t>& part) {
-    all.insert(all.end(), part.begin(), part.end());
-    return all;
-  };
-  const auto gaps = base::ordered_reduce(kind.size(), kChunk * Lattice<D>::kCellsPerBlock, std::vector<std::size_t>{}, find, append);
+  const Cells gaps = base::ordered_reduce(kind.size(), kChunk * Lattice<D>::kCellsPerBlock, Cells{}, find, append);
   for (const std::size_t i : gaps) kind[i] = CellKind::liquid;
+}
+
+/// Cells that are open but whose middle is in a collider, and hold no particle.
+template <int D>
+void settle_covered(const Cells& covered, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  std::vector<CellKind> settled(covered.size(), CellKind::air);
+  std::vector<std::uint8_t> is_covered(covered.empty() ? 0 : kind.size());
+  for (const std::size_t i : covered) is_covered[i] = 1;
+  base::parallel_chunks(covered.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      int wetter = 0;
+      across_open_faces(covered[n], blocks, open, [&](std::ptrdiff_t j) {
+        if (j < 0 || !is_covered[std::size_t(j)]) wetter += value_at(kind, j, CellKind::air) == CellKind::liquid ? 1 : -1;
+      });
+      if (wetter > 0) settled[n] = CellKind::liquid;
+    }
+  });
+  for (std::size_t n = 0; n < covered.size(); ++n) kind[covered[n]] = settled[n];
 }
 
 }  // namespace
 
 template <int D>
-std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Solids<D>& solids, bool free_surface) {
-  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
+std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Solids<D>& solids, const OpenFaces<D>& open,
+                                     bool free_surface) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   std::vector<CellKind> kind(blocks.size());
-  const CellKind open = free_surface ? CellKind::air : CellKind::liquid;
-  base::parallel_chunks(blocks.count(), kChunk, [&](std::size_t begin, std::size_t end) {
+  const CellKind free = free_surface ? CellKind::air : CellKind::liquid;
+  Cells covered = base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {
+    Cells found;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      const auto solid = solids.solid_cells(blocks.block(slot));
-      for (std::size_t local = 0; local < per_block; ++local) kind[slot * per_block + local] = solid[local] ? CellKind::solid : open;
+      if (open.is_open(slot)) {
+        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) kind[i] = blocks.is_place(i) ? free : CellKind::solid;
+        continue;
+      }
+      const auto middle_is_solid = solids.solid_cells(blocks.block(slot));
+      for (std::size_t local = 0; local < per_block; ++local) {
+        const std::size_t i = slot * per_block + local;
+        kind[i] = !blocks.is_place(i) || is_closed(i, blocks, open) ? CellKind::solid : free;
+        if (middle_is_solid[local] && kind[i] == CellKind::air) found.push_back(i);
+      }
     }
-  });
+    return found;
+  }, append);
   if (!free_surface) return kind;
   base::parallel_chunks(ranges.occupied.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
@@ -58,11 +108,13 @@ std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlock
       }
     }
   });
-  fill_gaps(kind, blocks);
+  std::erase_if(covered, [&](std::size_t i) { return kind[i] != CellKind::air; });
+  settle_covered(covered, kind, blocks, open);
+  fill_gaps(kind, blocks, open);
   return kind;
 }
 
-template std::vector<CellKind> classify_cells(const CellRanges&, const ActiveBlocks<2>&, const Solids<2>&, bool);
-template std::vector<CellKind> classify_cells(const CellRanges&, const ActiveBlocks<3>&, const Solids<3>&, bool);
+template std::vector<CellKind> classify_cells(const CellRanges&, const ActiveBlocks<2>&, const Solids<2>&, const OpenFaces<2>&, bool);
+template std::vector<CellKind> classify_cells(const CellRanges&, const ActiveBlocks<3>&, const Solids<3>&, const OpenFaces<3>&, bool);
 
 }  // namespace sim

@@ -35,7 +35,7 @@ class PoissonSolver {
   /// Solves to a relative residual of `tolerance`, from zero. Systems of at most kDirectUnknowns are factorised. What is allocated stays
   /// for the next call. A right-hand side that is not finite gives converged = false.
   PoissonReport solve(const PoissonProblem<D>&, double tolerance);
-  /// x of a tile, the n-th of PoissonProblem::tiles; 0 where nothing is unknown.
+  /// x of a tile, the n-th of PoissonProblem::tiles; means nothing in cells that are not unknown.
   std::span<const double> solution(std::size_t n) const;
   /// Bytes held.
   std::int64_t bytes() const;

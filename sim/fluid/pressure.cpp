@@ -7,181 +7,293 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "sim/fluid/poisson.h"
+#include "sim/fluid/surface_distance.h"
 
 namespace sim {
 namespace {
 
-/// Liquid cells in ascending index; number[cell] is the unknown or kNone.
-struct Numbering {
-  std::vector<std::uint32_t> cell;
-  std::vector<std::int32_t> number;
+constexpr std::size_t kBlocksAtOnce = 64;
+
+template <int D>
+constexpr int kBlocksPerTile = Tile<D>::kEdge / Lattice<D>::kBlock;   // along an edge
+
+CellKind kind_of(const std::vector<CellKind>& kind, std::ptrdiff_t index) { return value_at(kind, index, CellKind::air); }
+
+/// 1 / theta between a liquid cell and an air cell.
+template <int D>
+double inverse_theta(const LiquidCells<D>& cells, std::ptrdiff_t liquid, std::ptrdiff_t air) {
+  if (cells.distance.empty() || air < 0) return 1;
+  return 1 / theta(cells.distance[std::size_t(liquid)], cells.distance[std::size_t(air)]);
+}
+
+/// The places of a tile of the solver and of the cells around it, as indices of fields.
+template <int D>
+class TilePlaces {
+ public:
+  using T = Tile<D>;
+  static constexpr int kAlong = T::kEdge + 2;
+  static constexpr int at(int plane, int row, int lane) {
+    return ((D == 3 ? plane + 1 : 0) * kAlong + row + 1) * kAlong + lane + 1;
+  }
+  /// 1 behind the last cell of a periodic axis stands the first one; what is farther is nowhere.
+  void load(const Cell<D>& tile, const ActiveBlocks<D>& blocks) {
+    const Lattice<D>& lattice = blocks.lattice();
+    Cell<D> first;
+    bool plain = true;
+    for (int a = 0; a < D; ++a) {
+      first[a] = tile[a] * T::kEdge - 1;
+      plain = plain && (!lattice.periodic[a] || (first[a] >= 0 && first[a] + kAlong <= lattice.cells[a]));
+    }
+    for (int p = 0; p < (D == 3 ? kAlong : 1); ++p)
+      for (int r = 0; r < kAlong; ++r)
+        for (int l = 0; l < kAlong;) {
+          Cell<D> place;
+          place[D - 1] = first[D - 1] + l, place[D - 2] = first[D - 2] + r;
+          if constexpr (D == 3) place[0] = first[0] + p;
+          const int to = (p * kAlong + r) * kAlong + l;
+          if (plain && l > 0 && l + Lattice<D>::kBlock <= kAlong - 1) {   // a row of a block
+            const std::ptrdiff_t found = blocks.index(place);
+            for (int n = 0; n < Lattice<D>::kBlock; ++n) index[std::size_t(to + n)] = found < 0 ? found : found + n;
+            l += Lattice<D>::kBlock;
+            continue;
+          }
+          bool nowhere = false;
+          for (int a = 0; a < D; ++a) nowhere = nowhere || (lattice.periodic[a] && place[a] > lattice.cells[a]);
+          index[std::size_t(to)] = nowhere ? ActiveBlocks<D>::kAbsent : blocks.index(place);
+          ++l;
+        }
+  }
+  std::array<std::ptrdiff_t, std::size_t((D == 3 ? kAlong : 1) * kAlong * kAlong)> index;
 };
 
-CellKind kind_of(const std::vector<CellKind>& kind, std::ptrdiff_t cell) {
-  return value_at(kind, cell, CellKind::air);
-}
+/// The equations of one tile.
+template <int D, class Real>
+class TileEquations {
+ public:
+  using T = Tile<D>;
+  using P = TilePlaces<D>;
+  TileEquations(const FaceField<D, Real>& velocity, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
+      : velocity_(velocity), cells_(cells), blocks_(blocks) {}
 
-template <int D>
-Numbering number_cells(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  Numbering n;
-  n.number.assign(kind.size(), PoissonSystem::kNone);
-  for (std::size_t i = 0; i < kind.size(); ++i) {
-    if (kind[i] != CellKind::liquid || !blocks.is_place(i)) continue;
-    // A liquid cell shut in by solids on all sides has no face that moves: nothing to solve.
-    bool moves = false;
-    for (int a = 0; a < D; ++a)
-      for (const int side : {0, 1}) moves = moves || kind_of(kind, blocks.neighbour(i, a, side)) != CellKind::solid;
-    if (!moves) continue;
-    n.number[i] = std::int32_t(n.cell.size());
-    n.cell.push_back(std::uint32_t(i));
-  }
-  return n;
-}
-
-template <int D>
-PoissonSystem build_system(const Numbering& n, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  PoissonSystem s;
-  s.dimension = D;
-  s.neighbour.resize(n.cell.size());
-  s.diagonal.resize(n.cell.size());
-  base::parallel_chunks(n.cell.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      s.neighbour[i].fill(PoissonSystem::kNone);
-      double open = 0;
-      for (int a = 0; a < D; ++a)
-        for (int side = 0; side < 2; ++side) {
-          const std::ptrdiff_t other = blocks.neighbour(n.cell[i], a, side);
-          if (kind_of(kind, other) == CellKind::solid) continue;
-          open += 1;
-          s.neighbour[i][2 * a + side] = value_at(n.number, other, PoissonSystem::kNone);
+  void fill(const Cell<D>& tile, PoissonTile<D>& to) {
+    places_.load(tile, blocks_);
+    const Lattice<D>& lattice = blocks_.lattice();
+    for (std::size_t n = 0; n < places_.index.size(); ++n) kind_[n] = kind_of(cells_.kind, places_.index[n]);
+    for (int p = 0; p < T::kPlanes; ++p)
+      for (int r = 0; r < T::kEdge; ++r)
+        for (int l = 0; l < T::kEdge; ++l) {
+          const CellKind kind = kind_[std::size_t(P::at(p, r, l))];
+          const std::array<int, 3> local{p, r, l};
+          bool inside = true;
+          for (int a = 0; a < D; ++a) inside = inside && tile[a] * T::kEdge + local[std::size_t(a + 3 - D)] < lattice.cells[a];
+          const auto i = std::size_t(T::cell(p, r, l));
+          to.kind[i] = !inside || kind == CellKind::solid ? PoissonCell::solid : kind == CellKind::liquid ? PoissonCell::unknown : PoissonCell::air;
+          to.extra[i] = 0, to.rhs[i] = 0;
         }
-      s.diagonal[i] = open;
-    }
-  });
-  return s;
-}
-
-/// Net outflow of every unknown's cell [m/s].
-template <int D, class Real>
-std::vector<double> outflow(const FaceField<D, Real>& v, const Numbering& n, const ActiveBlocks<D>& blocks) {
-  std::vector<double> out(n.cell.size());
-  base::parallel_chunks(n.cell.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      double sum = 0;
-      for (int a = 0; a < D; ++a) sum += double(value_at(v[a], blocks.neighbour(n.cell[i], a, 1), Real(0))) - double(v[a][n.cell[i]]);
-      out[i] = sum;
-    }
-  });
-  return out;
-}
-
-/// Notes the components of liquid that touch no air.
-void find_pockets(PoissonSystem& s) {
-  std::vector<std::int32_t> stack, members;
-  std::vector<std::uint8_t> seen(s.size(), 0);
-  for (std::size_t start = 0; start < s.size(); ++start) {
-    if (seen[start]) continue;
-    bool touches_air = false;
-    members.clear();
-    stack.assign(1, std::int32_t(start));
-    seen[start] = 1;
-    while (!stack.empty()) {
-      const std::int32_t i = stack.back();
-      stack.pop_back();
-      members.push_back(i);
-      double linked = 0;
-      for (const std::int32_t j : s.neighbour[std::size_t(i)]) {
-        if (j < 0) continue;
-        linked += 1;
-        if (!seen[std::size_t(j)]) seen[std::size_t(j)] = 1, stack.push_back(j);
-      }
-      touches_air = touches_air || linked < s.diagonal[std::size_t(i)];
-    }
-    if (touches_air) continue;
-    std::sort(members.begin(), members.end());
-    s.pockets.push_back(members);
+    faces<D - 1>(to);
+    faces<D - 2>(to);
+    if constexpr (D == 3) faces<0>(to);
   }
+
+ private:
+  /// Every face of an axis gives its outflow to the cells on both sides and, where air is on one, what the surface is nearer than it.
+  template <int axis>
+  void faces(PoissonTile<D>& to) {
+    constexpr int step = axis == D - 1 ? 1 : axis == D - 2 ? P::kAlong : P::kAlong * P::kAlong;
+    constexpr bool is_plane = D == 3 && axis == 0, is_row = axis == D - 2, is_lane = axis == D - 1;
+    for (int p = 0; p < T::kPlanes + is_plane; ++p)
+      for (int r = 0; r < T::kEdge + is_row; ++r)
+        for (int l = 0; l < T::kEdge + is_lane; ++l) {
+          const auto above = std::size_t(P::at(p, r, l)), below = above - std::size_t(step);
+          const std::ptrdiff_t face = places_.index[above];
+          const CellKind over = kind_[above], under = kind_[below];
+          float w = 0;
+          if (face >= 0 && over != CellKind::solid && under != CellKind::solid) w = cells_.open(axis, std::size_t(face));
+          to.face[axis][std::size_t(T::template face<axis>(p, r, l))] = w;
+          if (w == 0 || (over != CellKind::liquid && under != CellKind::liquid)) continue;
+          const double flow = double(w) * double(velocity_[axis][std::size_t(face)]);
+          const bool has_over = is_plane ? p < T::kEdge : is_row ? r < T::kEdge : l < T::kEdge;
+          const bool has_under = is_plane ? p > 0 : is_row ? r > 0 : l > 0;
+          if (has_over && over == CellKind::liquid) {
+            const auto i = std::size_t(T::cell(p, r, l));
+            to.rhs[i] += flow;
+            if (under == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, face, places_.index[below]) - 1));
+          }
+          if (has_under && under == CellKind::liquid) {
+            const auto i = std::size_t(T::cell(p - is_plane, r - is_row, l - is_lane));
+            to.rhs[i] -= flow;
+            if (over == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, places_.index[below], face) - 1));
+          }
+        }
+  }
+
+  const FaceField<D, Real>& velocity_;
+  const LiquidCells<D>& cells_;
+  const ActiveBlocks<D>& blocks_;
+  P places_;
+  std::array<CellKind, std::tuple_size_v<decltype(P::index)>> kind_;
+};
+
+template <int D>
+std::vector<Cell<D>> tiles_with_liquid(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  std::vector<Cell<D>> tiles = base::ordered_reduce(blocks.count(), kBlocksAtOnce, std::vector<Cell<D>>{}, [&](std::size_t begin, std::size_t end) {
+    std::vector<Cell<D>> found;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      if (std::none_of(&kind[slot * per_block], &kind[slot * per_block] + per_block, [](CellKind k) { return k == CellKind::liquid; })) continue;
+      Cell<D> tile = blocks.block(slot);
+      for (int& at : tile) at /= kBlocksPerTile<D>;
+      if (found.empty() || found.back() != tile) found.push_back(tile);
+    }
+    return found;
+  }, [](std::vector<Cell<D>> all, const std::vector<Cell<D>>& part) {
+    all.insert(all.end(), part.begin(), part.end());
+    return all;
+  });
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
 }
 
-/// Solid faces get the solid's velocity, 0. A face is valid when liquid touches it.
+/// Air, where the tile has any or is not active; beyond walls solid.
+template <int D>
+PoissonCell tile_without_liquid(const Cell<D>& tile, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  const Lattice<D>& lattice = blocks.lattice();
+  for (int a = 0; a < D; ++a)
+    if (tile[a] < 0 || tile[a] * Tile<D>::kEdge >= lattice.cells[a]) return PoissonCell::solid;
+  constexpr int n = kBlocksPerTile<D>;
+  bool active = false;
+  for (int b = 0; b < (D == 3 ? n * n * n : n * n); ++b) {
+    Cell<D> block;
+    bool inside = true;
+    for (int a = D - 1, rest = b; a >= 0; --a, rest /= n) {
+      block[a] = tile[a] * n + rest % n;
+      inside = inside && block[a] <= lattice.highest_block(a);
+    }
+    const std::int32_t slot = inside ? blocks.slot(lattice.block_key(block)) : -1;
+    if (slot < 0) continue;
+    active = true;
+    const CellKind* first = &kind[std::size_t(slot) * per_block];
+    if (std::find(first, first + per_block, CellKind::air) != first + per_block) return PoissonCell::air;
+  }
+  return active ? PoissonCell::solid : PoissonCell::air;
+}
+
+/// Closed faces get the solid's velocity, 0. A face is valid when liquid touches it.
 template <int D, class Real>
-void hold_solids(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
+void hold_solids(FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   for (int a = 0; a < D; ++a) {
     valid[a].resize(blocks.size());
-    base::parallel_chunks(blocks.size(), 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const CellKind below = kind_of(kind, blocks.neighbour(i, a, 0)), above = kind[i];
-        if (below == CellKind::solid || above == CellKind::solid) v[a][i] = 0;
-        valid[a][i] = below == CellKind::liquid || above == CellKind::liquid;
+    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot) {
+        const bool free = cells.open.is_open(slot);
+        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
+          if (!free && cells.open(a, i) == 0) v[a][i] = 0;
+          valid[a][i] = cells.kind[i] == CellKind::liquid || kind_of(cells.kind, blocks.neighbour(i, a, 0)) == CellKind::liquid;
+        }
       }
     });
   }
 }
 
-/// v -= difference of pressure across every face that moves and that liquid touches.
+/// v -= difference of pressure across every face that is open and that liquid touches.
 template <int D, class Real>
-void subtract_gradient(FaceField<D, Real>& v, const std::vector<CellKind>& kind, const Numbering& n, const std::vector<double>& p,
-                       const ActiveBlocks<D>& blocks) {
-  const auto pressure = [&](std::ptrdiff_t cell) {
-    const std::int32_t number = value_at(n.number, cell, PoissonSystem::kNone);
-    return number >= 0 ? p[std::size_t(number)] : 0.0;
-  };
-  for (int a = 0; a < D; ++a)
-    base::parallel_chunks(blocks.size(), 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
+void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const std::vector<double>& p, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
+      for (int a = 0; a < D; ++a) {
         const std::ptrdiff_t lower = blocks.neighbour(i, a, 0);
-        const CellKind below = kind_of(kind, lower), above = kind[i];
-        if (below == CellKind::solid || above == CellKind::solid) continue;
-        if (below == CellKind::liquid || above == CellKind::liquid) v[a][i] = Real(double(v[a][i]) - (pressure(std::ptrdiff_t(i)) - pressure(lower)));
+        const CellKind below = kind_of(cells.kind, lower), above = cells.kind[i];
+        if (below == CellKind::solid || above == CellKind::solid || cells.open(a, i) == 0) continue;
+        double change = 0;
+        if (below == CellKind::liquid && above == CellKind::liquid) change = p[i] - p[std::size_t(lower)];
+        else if (above == CellKind::liquid) change = p[i] * inverse_theta(cells, std::ptrdiff_t(i), lower);
+        else if (below == CellKind::liquid) change = -p[std::size_t(lower)] * inverse_theta(cells, lower, std::ptrdiff_t(i));
+        else continue;
+        v[a][i] = Real(double(v[a][i]) - change);
       }
-    });
+  });
 }
 
-double largest(const std::vector<double>& values) {
-  double most = 0;
-  for (const double v : values) most = std::max(most, std::abs(v));
-  return most;
+/// Largest net outflow of a liquid cell [m/s].
+template <int D, class Real>
+double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, 0.0, [&](std::size_t begin, std::size_t end) {
+    double most = 0;
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (cells.kind[i] != CellKind::liquid) continue;
+      double out = 0;
+      for (int a = 0; a < D; ++a) {
+        const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
+        out -= double(cells.open(a, i)) * double(v[a][i]);
+        if (above >= 0) out += double(cells.open(a, std::size_t(above))) * double(v[a][std::size_t(above)]);
+      }
+      most = std::max(most, std::abs(out));
+    }
+    return most;
+  }, [](double s, double t) { return std::max(s, t); });
 }
 
 }  // namespace
 
-template <int D, class Real>
-PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, double tolerance,
-                       FaceMask<D>& valid) {
-  hold_solids<D, Real>(velocity, kind, blocks, valid);
-  const Numbering n = number_cells<D>(kind, blocks);
+template <int D>
+template <class Real>
+PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, double tolerance,
+                                      FaceMask<D>& valid) {
+  using T = Tile<D>;
+  hold_solids<D, Real>(velocity, cells, blocks, valid);
+  PoissonProblem<D> problem;
+  problem.cells = blocks.lattice().cells, problem.periodic = blocks.lattice().periodic;
+  problem.tiles = tiles_with_liquid<D>(cells.kind, blocks);
   PressureReport report;
-  report.unknowns = std::int64_t(n.cell.size());
-  if (n.cell.empty()) return report;
+  if (problem.tiles.empty()) return report;
+  problem.elsewhere = [&](const Cell<D>& tile) { return tile_without_liquid<D>(tile, cells.kind, blocks); };
+  problem.fill = [&](const Cell<D>& tile, PoissonTile<D>& to) { TileEquations<D, Real>(velocity, cells, blocks).fill(tile, to); };
 
-  // Unknowns are p dt / (rho h) [m/s]: the equations need neither density nor time step.
-  PoissonSystem system = build_system<D>(n, kind, blocks);
-  std::vector<double> b = outflow<D, Real>(velocity, n, blocks);
-  for (double& v : b) v = -v;
-  if (!std::isfinite(largest(b)))
-    throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
-  find_pockets(system);
-  remove_constants(system, b);
-  report.closed_pockets = std::int64_t(system.pockets.size());
-
-  std::vector<double> p(n.cell.size(), 0.0);
-  const bool direct = report.unknowns <= kDirectUnknowns;
-  const SolveReport solved = direct ? solve_directly(system, b, p) : solve_iteratively(system, b, tolerance, p);
+  const PoissonReport solved = solver_.solve(problem, tolerance);
+  report.unknowns = solved.unknowns;
   report.iterations = solved.iterations;
   report.residual = solved.residual;
+  report.closed_pockets = solved.closed_components;
+  report.imbalance = solved.imbalance;
+  report.fell_back = solved.fell_back;
+  if (!std::isfinite(solved.residual))
+    throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
   if (!solved.converged)
     throw base::Error({.code = base::Exit::unstable,
-                       .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", report.unknowns,
+                       .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", solved.unknowns,
                                               solved.residual, solved.iterations, tolerance)});
-  subtract_gradient<D, Real>(velocity, kind, n, p, blocks);
-  report.max_divergence = largest(outflow<D, Real>(velocity, n, blocks));
+  pressure_.assign(blocks.size(), 0.0);
+  base::parallel_chunks(problem.tiles.size(), 8, [&](std::size_t begin, std::size_t end) {
+    TilePlaces<D> places;
+    for (std::size_t n = begin; n < end; ++n) {
+      places.load(problem.tiles[n], blocks);
+      const std::span<const double> found = solver_.solution(n);
+      for (int p = 0; p < T::kPlanes; ++p)
+        for (int r = 0; r < T::kEdge; ++r)
+          for (int l = 0; l < T::kEdge; ++l) {
+            const std::array<int, 3> local{p, r, l};
+            bool inside = true;
+            for (int a = 0; a < D; ++a) inside = inside && problem.tiles[n][a] * T::kEdge + local[std::size_t(a + 3 - D)] < problem.cells[a];
+            const std::ptrdiff_t to = places.index[std::size_t(TilePlaces<D>::at(p, r, l))];
+            if (inside && to >= 0) pressure_[std::size_t(to)] = found[std::size_t(T::cell(p, r, l))];
+          }
+    }
+  });
+  subtract_gradient<D, Real>(velocity, cells, pressure_, blocks);
+  report.max_divergence = largest_outflow<D, Real>(velocity, cells, blocks);
   return report;
 }
 
-template PressureReport project(FaceField<2, float>&, const std::vector<CellKind>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
-template PressureReport project(FaceField<2, double>&, const std::vector<CellKind>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
-template PressureReport project(FaceField<3, float>&, const std::vector<CellKind>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
-template PressureReport project(FaceField<3, double>&, const std::vector<CellKind>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template class Projection<2>;
+template class Projection<3>;
+template PressureReport Projection<2>::project(FaceField<2, float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<2>::project(FaceField<2, double>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<3>::project(FaceField<3, float>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport Projection<3>::project(FaceField<3, double>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 
 }  // namespace sim

@@ -1,10 +1,13 @@
 #pragma once
 // The pressure projection: the velocity nearest to a given one that neither diverges in liquid cells nor flows through solids
-// [PolyPIC S5, with v* - (dt / rho) grad p]. p = 0 in air, faces of solids have the solid's velocity.
+// [PolyPIC S5, with v* - (dt / rho) grad p]. p = 0 on the free surface, wherever it is between the middles of a liquid and an air cell
+// [Gibou02]; colliders cut faces [Batty07]; closed faces have the solid's velocity.
 #include <cstdint>
+#include <vector>
 
 #include "sim/fluid/cells.h"
 #include "sim/fluid/extrapolate.h"
+#include "sim/fluid/multigrid.h"
 #include "sim/transfer/mac_transfer.h"
 
 namespace sim {
@@ -15,14 +18,30 @@ struct PressureReport {
   double residual = 0;               // [1] relative, Euclidean norm
   double max_divergence = 0;         // [cells m/s / cell] largest net outflow of a liquid cell, as a velocity [m/s]
   std::int64_t closed_pockets = 0;   // components of liquid that touch no air
+  double imbalance = 0;              // [m/s] largest mean net inflow into a cell of a pocket, which no pressure can balance
+  bool fell_back = false;            // to incomplete Cholesky
 };
 
-/// Projects in place and says in `valid` which faces have a liquid neighbour or lie on a solid next to one. Systems of at most
-/// kDirectUnknowns are factorised with CHOLMOD, larger ones solved by conjugate gradients with a modified incomplete Cholesky
-/// preconditioner. In a pocket without air pressure is defined up to a constant: the imbalance of its right-hand side is removed.
-/// Throws base::Error (unstable) when the residual does not fall below `tolerance`.
-template <int D, class Real>
-PressureReport project(FaceField<D, Real>& velocity, const std::vector<CellKind>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>& valid);
+/// What a projection is about: cells, the surface between them (empty: halfway to air, that is at its cells' middles), and open faces.
+template <int D>
+struct LiquidCells {
+  std::vector<CellKind> kind;
+  std::vector<float> distance;       // [cells] as of SurfaceDistance
+  OpenFaces<D> open;
+};
+
+template <int D>
+class Projection {
+ public:
+  /// Projects in place and says in `valid` which faces have a liquid neighbour. In a pocket without air pressure is defined up to a
+  /// constant. Throws base::Error (unstable) when the residual does not fall below `tolerance`.
+  template <class Real>
+  PressureReport project(FaceField<D, Real>& velocity, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>& valid);
+
+ private:
+  PoissonSolver<D> solver_;
+  std::vector<double> pressure_;     // p dt / (rho h) [m/s]: neither density nor time step matters
+};
 
 inline constexpr std::int64_t kDirectUnknowns = 1500;
 

@@ -5,7 +5,6 @@
 
 #include "base/parallel.h"
 #include "sim/fluid/advect.h"
-#include "sim/fluid/pressure.h"
 
 namespace sim {
 namespace {
@@ -20,7 +19,8 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
 template <int D, class Real>
 FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface)
     : options_(options), solids_(solids), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
-      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {}
+      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)),
+      surface_(int(std::lround(std::pow(double(options.particles_per_cell), 1.0 / D)))) {}
 
 template <int D, class Real>
 int FluidStep<D, Real>::layers() const {
@@ -42,7 +42,11 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
   }
   {
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
-    kind_ = classify_cells(ranges_, blocks_, solids_, free_surface_);
+    cells_.open.update(solids_, blocks_);
+    cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
+    if (free_surface_) {
+      surface_.update(ranges_, particles, cells_.kind, blocks_, cells_.distance);
+    }
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
@@ -62,15 +66,16 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
   {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     for (int a = 0; a < D; ++a) {
-      const Real change = Real(dt * acceleration[a]);
+      const Real change = force_[a] = Real(dt * acceleration[a]);
       base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
       });
     }
   }
   const auto pass = ledger.pass("pressure");
-  const PressureReport report = sim::project(grid_.velocity, kind_, blocks_, options_.pressure_tolerance, valid_);
+  const PressureReport report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
   counts_.pressure_iterations += report.iterations;
+  counts_.pressure_fallbacks += report.fell_back;
   counts_.max_divergence = report.max_divergence / options_.cell;
   double fastest = 0;
   for (int a = 0; a < D; ++a)
@@ -88,6 +93,26 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
   const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
   if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
   else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles);
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, Real>& particles, base::Ledger& ledger) {
+  {
+    const auto pass = ledger.pass("reflect", 3 * grid_bytes());
+    for (int a = 0; a < D; ++a) {
+      reflected_[a].resize(blocks_.size());
+      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] = 2 * grid_.velocity[a][i] - (scattered_[a][i] + force_[a]);
+      });
+    }
+  }
+  {
+    const auto pass = ledger.pass("extrapolate", 4 * grid_bytes());
+    extrapolate(reflected_, valid_, blocks_, layers());
+    extrapolate(grid_.velocity, valid_, blocks_, layers());
+  }
+  const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
+  transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles);
 }
 
 template <int D, class Real>

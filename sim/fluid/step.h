@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "base/ledger.h"
-#include "sim/fluid/cells.h"
-#include "sim/fluid/extrapolate.h"
+#include "sim/fluid/pressure.h"
+#include "sim/fluid/surface_distance.h"
 #include "sim/transfer/mac_transfer.h"
 
 namespace sim {
 
 /// What steps have counted since they were asked last.
 struct StepCounts {
-  std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_faces = 0, pressure_iterations = 0;   // as in Totals
+  std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_faces = 0, pressure_iterations = 0, pressure_fallbacks = 0;   // as in Totals
   double max_divergence = 0;          // [1/s] left by the last projection
 };
 
@@ -34,6 +34,8 @@ class FluidStep {
   /// left, so it may be called again.
   double project(double dt, const base::Vec3& acceleration, base::Ledger&);
   void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
+  /// G2P of the field reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
+  void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   void move(double dt, Particles<D, Real>&, base::Ledger&);
 
   /// The field of the last projection [m/s], on `blocks`; after `gather` reaching into the air.
@@ -57,9 +59,13 @@ class FluidStep {
   MacTransfer<D, Real> transfer_;
   CanonicalOrder<D, Real> order_;
   CellRanges ranges_;                 // of the particles as `scatter` sorted them; none once they have moved
-  std::vector<CellKind> kind_;
+  LiquidCells<D> cells_;
+  SurfaceDistance<D, Real> surface_;
+  Projection<D> projection_;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
+  FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects
+  Vec<D, Real> force_ = Vec<D, Real>::Zero();   // [m/s] what forces added to it
   FaceMask<D> valid_;
   Departure<D, Real> departure_;      // empty unless the carry limits
   StepCounts counts_;

@@ -1,0 +1,144 @@
+#include "sim/fluid/open_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.h"
+
+namespace sim {
+
+double positive_part(double a, double b) {
+  if (a <= 0 && b <= 0) return 0;
+  if (a >= 0 && b >= 0) return 1;
+  return std::max(a, b) / std::abs(a - b);
+}
+
+double positive_part(double a, double b, double c) {
+  if (a < b) std::swap(a, b);
+  if (b < c) std::swap(b, c);
+  if (a < b) std::swap(a, b);
+  if (a <= 0) return 0;
+  if (c >= 0) return 1;
+  if (b <= 0) return a / (a - b) * (a / (a - c));
+  return 1 - c / (c - a) * (c / (c - b));
+}
+
+namespace {
+
+/// Distances this near to 0 [cells] are 0: a collider whose side lies in the plane of faces closes them, whatever rounding says.
+constexpr double kOnSurface = 1e-6;
+
+template <int D>
+class Cutter {
+ public:
+  Cutter(const Solids<D>& solids, const Cell<D>& block) : solids_(solids), first_(Lattice<D>::cell_in(block, 0)) {
+    constexpr double half = 0.5 * Lattice<D>::kBlock;
+    base::Vec3 middle = solids.origin;
+    for (int a = 0; a < D; ++a) middle[a] += (first_[a] + half) * solids.cell;
+    for (const Shape& shape : solids.shapes)
+      if (shape.distance(middle) <= half * std::sqrt(double(D)) * solids.cell) near_.push_back(&shape);
+    const Lattice<D>& lattice = solids.lattice;
+    for (int a = 0; a < D; ++a)
+      touches_wall_ = touches_wall_ || (!lattice.periodic[a] && (first_[a] <= 0 || first_[a] + Lattice<D>::kBlock > lattice.cells[a]));
+  }
+  bool touches_solid() const { return touches_wall_ || !near_.empty(); }
+
+  double fraction(int local, int axis) const {
+    const Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
+    Cell<D> place;
+    for (int a = 0; a < D; ++a) {
+      place[a] = first_[a] + at[a];
+      if (!solids_.lattice.periodic[a] && (place[a] < (a == axis) || place[a] >= solids_.lattice.cells[a])) return 0;
+    }
+    if (near_.empty()) return 1;
+    const double open = cut(place, axis);
+    return open < kLeastOpening ? 0 : open;
+  }
+
+ private:
+  /// Distance [cells] at a place's lower corner, moved by halves of a cell.
+  double distance(const Cell<D>& place, const std::array<int, D>& halves) const {
+    base::Vec3 at = solids_.origin;
+    for (int a = 0; a < D; ++a) at[a] += (place[a] + 0.5 * halves[std::size_t(a)]) * solids_.cell;
+    double least = 1e9;
+    for (const Shape* shape : near_) least = std::min(least, shape->distance(at) / solids_.cell);
+    return std::abs(least) < kOnSurface ? 0 : least;
+  }
+  double cut(const Cell<D>& place, int axis) const {
+    std::array<int, D> middle{};
+    for (int a = 0; a < D; ++a) middle[std::size_t(a)] = a != axis;
+    const double centre = distance(place, middle);
+    if constexpr (D == 2) {
+      std::array<int, D> end{};
+      end[std::size_t(1 - axis)] = 2;
+      return 0.5 * (positive_part(distance(place, {}), centre) + positive_part(centre, distance(place, end)));
+    } else {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      std::array<double, 4> corner;
+      for (int c = 0; c < 4; ++c) {
+        std::array<int, D> halves{};
+        halves[std::size_t(u)] = c == 1 || c == 2 ? 2 : 0;
+        halves[std::size_t(v)] = c >= 2 ? 2 : 0;
+        corner[std::size_t(c)] = distance(place, halves);
+      }
+      double sum = 0;
+      for (std::size_t c = 0; c < 4; ++c) sum += positive_part(centre, corner[c], corner[(c + 1) % 4]);
+      return sum / 4;
+    }
+  }
+
+  const Solids<D>& solids_;
+  Cell<D> first_;
+  std::vector<const Shape*> near_;
+  bool touches_wall_ = false;
+};
+
+}  // namespace
+
+template <int D>
+void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks) {
+  if (keys_ == blocks.keys()) return;
+  std::vector<Fractions> before = std::move(fractions_);
+  std::vector<std::int32_t> part(blocks.count(), kNew);
+  std::vector<std::size_t> changed;
+  fractions_.clear();
+  for (std::size_t slot = 0, old = 0; slot < blocks.count(); ++slot) {
+    while (old < keys_.size() && keys_[old] < blocks.keys()[slot]) ++old;
+    if (old == keys_.size() || keys_[old] != blocks.keys()[slot]) {
+      changed.push_back(slot);
+    } else {
+      part[slot] = part_[old];
+      if (part_[old] < 0) continue;
+      part[slot] = std::int32_t(fractions_.size());
+      fractions_.push_back(before[std::size_t(part_[old])]);
+    }
+  }
+  std::vector<Fractions> made(changed.size());
+  std::vector<std::uint8_t> is_open(changed.size());
+  base::parallel_chunks(changed.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const Cutter<D> cutter(solids, blocks.block(changed[n]));
+      bool open = true;
+      if (cutter.touches_solid())
+        for (int a = 0; a < D; ++a)
+          for (int local = 0; local < int(kPerBlock); ++local) {
+            const auto w = float(cutter.fraction(local, a));
+            made[n][std::size_t(a)][std::size_t(local)] = w;
+            open = open && w == 1;
+          }
+      is_open[n] = open;
+    }
+  });
+  for (std::size_t n = 0; n < changed.size(); ++n) {
+    part[changed[n]] = is_open[n] ? kOpen : std::int32_t(fractions_.size());
+    if (!is_open[n]) fractions_.push_back(made[n]);
+  }
+  part_ = std::move(part);
+  keys_ = blocks.keys();
+}
+
+template class OpenFaces<2>;
+template class OpenFaces<3>;
+
+}  // namespace sim
