@@ -110,6 +110,7 @@ struct Options {
   std::string ground = "floor";                             // "floor" | "cyclorama" | "none"
   std::optional<double> noise = {};                         // [1] relative error at which a tile stops; unset: all pixels get spp samples
   std::optional<double> time_limit = {};                    // [s] a frame; unset: none
+  std::string denoise = "none";                             // "layer": EXR channels denoised.RGB | "picture": the PNG shows them, too
   std::string view = "filmic";                              // "filmic" | "srgb": PNG only
   double exposure = 0;                                      // [stops] PNG only
   void params(base::Params&);
@@ -152,7 +153,8 @@ Grains grains_of(sim::Frame);
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
 /// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
-/// ground, 2 the liquid, then the colliders, the set, the bodies drawn as grains) samples. The preview gives R G B A as displayed.
+/// ground, 2 the liquid, then the colliders, the set, the bodies drawn as grains) samples, and denoised.R denoised.G denoised.B
+/// where options.denoise asks for them. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
@@ -174,7 +176,7 @@ class PathTracer {
   /// Throws base::Error (exit 2) when a collider or the liquid names a look that is not there, or a light or a set piece a file that cannot be read.
   PathTracer(const Setting&, int threads);
   ~PathTracer();
-  /// Same bits for any number of threads. Passes bvh and trace go to `ledger`. No sample is clamped; one that is not finite
+  /// Same bits for any number of threads. Passes bvh, trace and denoise go to `ledger`. No sample is clamped; one that is not finite
   /// throws base::Error (exit 1) naming the pixel.
   Image trace(const surface::Mesh&, std::int64_t frame, base::Ledger&);
   /// With particles among it. 10 million take 1.5 GB.
@@ -194,7 +196,7 @@ Image scene_linear(const Image& display);
 /// EXR: half for colour (what is above 65504, the largest half, is written as that), float for the rest, ZIP, metadata. Atomic.
 /// A pixel that is not finite throws base::Error (exit 1), and no file is written.
 void write_exr(const std::filesystem::path&, const Image&, const Stamp&, base::Ledger&);
-/// 8-bit PNG through the view and exposure of `options`; a preview goes in as it is (`display_referred`). Atomic.
+/// 8-bit PNG through the view and exposure of `options`, of what is denoised if they say so; a preview goes in as it is (`display_referred`). Atomic.
 void write_png(const std::filesystem::path&, const Image&, const Options& options, bool display_referred, base::Ledger&);
 
 struct ImageInfo {

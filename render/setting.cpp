@@ -10,6 +10,7 @@ namespace {
 constexpr std::string_view kKinds[] = {"area", "sphere", "sun", "sky", "environment"};
 constexpr std::string_view kCaustics[] = {"straight", "path", "none"};
 constexpr std::string_view kGrounds[] = {"floor", "cyclorama", "none"};
+constexpr std::string_view kDenoise[] = {"none", "layer", "picture"};
 constexpr std::string_view kViews[] = {"filmic", "srgb"};
 
 /// Keys ascend, and what they say is not said again beside them.
@@ -119,6 +120,7 @@ void Options::params(base::Params& p) {
   p("ground", ground, "the domain's floor without end, a studio's backdrop behind the domain, or nothing", kGrounds);
   p("noise", noise, "1", "relative error at which a tile of 16 x 16 pixels gets no more samples; spp is the most", base::between(0, 1), "all get spp samples");
   p("time_limit", time_limit, "s", "a frame that takes longer stops with the samples it has, and is not reproducible", base::above(0), "none");
+  p("denoise", denoise, "noise taken out by what pixels have in common: not at all, as the EXR's channels denoised.RGB, or shown by the PNG, too", kDenoise);
   p("view", view, "how scene light becomes PNG colours", kViews);
   p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
 }

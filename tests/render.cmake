@@ -6,3 +6,4 @@ polypic_test(render_images LABEL fast LINK polypic_render OpenImageIO::OpenImage
 polypic_test(render_flat LABEL fast LINK polypic_render)
 polypic_test(render_camera LABEL fast LINK polypic_render)
 polypic_test(render_geometry LABEL fast LINK polypic_render)
+polypic_test(render_denoise LABEL fast LINK polypic_render)

@@ -20,7 +20,7 @@ constexpr float kLargestHalf = 65504;
 
 /// Colours are halves; what measures the scene keeps its precision.
 bool is_color(const std::string& channel) {
-  return channel == "R" || channel == "G" || channel == "B" || channel == "A" || channel.starts_with("albedo.");
+  return channel == "R" || channel == "G" || channel == "B" || channel == "A" || channel.starts_with("albedo.") || channel.starts_with("denoised.");
 }
 
 void check_finite(const Image& image, const std::filesystem::path& path) {
@@ -111,7 +111,7 @@ std::size_t checked_values(const std::filesystem::path& path, const OIIO::ImageS
   return values;   // no compression makes less than a byte of 4096 values
 }
 
-std::size_t channel_index(const Image& image, const char* name) {
+std::size_t channel_index(const Image& image, const std::string& name) {
   return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) - image.channels.begin());
 }
 
@@ -143,7 +143,8 @@ void write_png(const std::filesystem::path& path, const Image& image, const Opti
   const auto pass = ledger.pass("write_image", image.width * image.height * 3);
   check_finite(image, path);
   const std::size_t channels = image.channels.size();
-  const std::array<std::size_t, 3> rgb{channel_index(image, "R"), channel_index(image, "G"), channel_index(image, "B")};
+  const std::string layer = !display_referred && options.denoise == "picture" ? "denoised." : "";
+  const std::array<std::size_t, 3> rgb{channel_index(image, layer + "R"), channel_index(image, layer + "G"), channel_index(image, layer + "B")};
   const float gain = static_cast<float>(std::exp2(options.exposure));
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(image.width * image.height) * 3);
   for (std::size_t i = 0; i < bytes.size() / 3; ++i) {

@@ -52,6 +52,14 @@ bool Integrator::survives(Path& path, float choice) const {
   return true;
 }
 
+void Integrator::guide(Path& path, const Vec3f& albedo, const Vec3f& normal, Work& work) const {
+  if (path.guided) return;
+  path.guided = true;
+  const Vec3f share = (path.weight / path.compression).cwiseMin(1.0f);
+  work.first.guide_albedo += share.cwiseProduct(albedo);
+  work.first.guide_normal += share.maxCoeff() * normal;
+}
+
 /// One flight and what it meets. False when the path has ended.
 bool Integrator::step(Path& path, Work& work) const {
   const Ray& ray = path.ray;

@@ -22,6 +22,7 @@ struct FirstHit {
   Vec3f normal = Vec3f::Zero();    // shading normal, world
   Vec3f velocity = Vec3f::Zero();  // [m/s]
   int id = 0;                      // 0 nothing, 1 the ground, 2 + number of a surface
+  Vec3f guide_albedo = Vec3f::Zero(), guide_normal = Vec3f::Zero();  // what scatters first, as mirrors and dielectrics before it show it
 };
 
 class Integrator {
@@ -43,6 +44,7 @@ class Integrator {
     int flights = 0;             // steps so far: boundaries that are hidden and points in a medium count too
     int scattered = 0;           // surfaces that scatter, and points in a medium
     float density = 0;           // [1/sr] of the direction; 0 where it was not drawn from a density (camera, smooth)
+    bool guided = false;         // the first thing that scatters has been met
     bool counted = false;        // the last surface that scatters has sampled the lights behind what came since
     float compression = 1;       // n^2 factors in weight
     std::uint32_t dimension = 1;
@@ -71,6 +73,7 @@ class Integrator {
   bool scatters(Path&, const Spot&, const Scatter&, Work&) const;
   Vec3f shadow(Media, const Ray&, float distance, bool straight, bool& crossed) const;
   bool survives(Path&, float choice) const;
+  void guide(Path&, const Vec3f& albedo, const Vec3f& normal, Work&) const;
   void absorb(Path&, float length) const;
 
   const Scene& scene_;

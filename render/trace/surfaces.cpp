@@ -39,6 +39,7 @@ bool Integrator::meets_ground(Path& path, const Ground::Met& met, Work& work) co
     path.weight *= 1 - fade;
   }
   if (path.surfaces == 0) work.first = {.found = true, .t = path.flown + met.t, .albedo = ground.material.color, .normal = met.normal, .id = 1};
+  guide(path, ground.material.color, met.normal, work);
   const Frame frame(met.normal);
   return meets_opaque(path, {point, met.normal, frame, frame.local(-path.ray.direction)}, ground.material, ground.material.color, work);
 }
@@ -54,6 +55,7 @@ bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   const Vec3f geometric = outside ? hit.geometric : Vec3f(-hit.geometric);
   const Frame frame(seen_normal(outside ? hit.shading : Vec3f(-hit.shading), geometric, path.ray.direction));
   const Spot spot{point, geometric, frame, frame.local(-path.ray.direction)};
+  if (material.model != Model::conductor || material.alpha > 0) guide(path, color, frame.n, work);
   if (material.model == Model::emissive) {
     work.sum += path.weight.cwiseProduct(material.radiance).cwiseProduct(hit.tint);
     return false;
@@ -139,6 +141,7 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
   const Vec3f normal = seen_normal(entering ? hit.shading : Vec3f(-hit.shading), geometric, path.ray.direction);
   if (const float alpha = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material.alpha; alpha > 0) {
     const Frame frame(normal);
+    guide(path, Vec3f::Ones(), normal, work);
     return meets_rough_dielectric(path, {point, geometric, frame, frame.local(-path.ray.direction), between.after}, between, alpha, eta, work);
   }
   const float cos_i = std::min(-path.ray.direction.dot(normal), 1.0f);

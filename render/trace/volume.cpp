@@ -53,6 +53,7 @@ bool Integrator::flies_through(Path& path, const Material& medium, float t, Work
   path.weight.array() *= medium.scattering.array() * through / (share * extinction * through).sum();
   ++path.scattered;
   path.counted = false;
+  guide(path, (medium.scattering.array() / extinction).matrix(), -path.ray.direction, work);
   const Vec3f point = path.ray.origin + length * path.ray.direction;
   const Frame frame(path.ray.direction);
   const Spot spot{point, path.ray.direction, frame, -Vec3f::UnitZ(), path.media};
