@@ -1,13 +1,34 @@
 #include "base/ledger.h"
 
+#include <time.h>
+
+#include "base/error.h"
+
 namespace base {
+namespace {
+
+[[noreturn]] void refuse(std::string_view what, std::string_view name, const std::string& stage) {
+  throw Error({.code = Exit::fault, .message = std::string(what) + " " + std::string(name) + " is not in the plan of " + stage});
+}
+
+}  // namespace
+
+double process_seconds() {
+  timespec now{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
 
 Ledger::Timer::Timer(Ledger& ledger, std::string_view name, std::int64_t bytes)
-    : ledger_(ledger), name_(name), bytes_(bytes), start_(std::chrono::steady_clock::now()) {}
+    : ledger_(ledger), name_(name), bytes_(bytes), start_(std::chrono::steady_clock::now()), cpu_start_(process_seconds()) {}
 
 Ledger::Timer::~Timer() {
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-  ledger_.add(name_, {1, passed.count(), bytes_});
+  ledger_.add(name_, {1, passed.count(), bytes_, process_seconds() - cpu_start_});
+}
+
+void Ledger::require_planned(std::string_view pass) const {
+  if (plan_ && !plan_->runs(pass)) refuse("pass", pass, plan_->stage);
 }
 
 void Ledger::add(std::string_view name, const PassCost& cost) {
@@ -16,6 +37,13 @@ void Ledger::add(std::string_view name, const PassCost& cost) {
   found->second.calls += cost.calls;
   found->second.seconds += cost.seconds;
   found->second.bytes += cost.bytes;
+  found->second.cpu_seconds += cost.cpu_seconds;
+}
+
+void Ledger::hold(std::string_view attribute, std::int64_t bytes) {
+  const auto is_it = [&](const Attribute& a) { return a.name == attribute; };
+  if (plan_ && std::none_of(plan_->attributes.begin(), plan_->attributes.end(), is_it)) refuse("attribute", attribute, plan_->stage);
+  attributes_[std::string(attribute)] = bytes;
 }
 
 }  // namespace base

@@ -42,7 +42,7 @@ void split_edges(const std::vector<std::uint8_t>& walls, Mesh& mesh) {
 }  // namespace
 
 Mesh read_surface(const std::filesystem::path& path, const Options& options, base::Ledger& ledger) {
-  const auto timer = ledger.pass("mesh");
+  auto timer = ledger.pass("mesh");
   const files::Contents contents = files::read(path);
   const openvdb::FloatGrid::Ptr level = files::find<openvdb::FloatGrid>(contents, "surface");
   if (!level || level->getGridClass() != openvdb::GRID_LEVEL_SET) base::throw_input(path.string(), "has no level set named surface");
@@ -71,6 +71,7 @@ Mesh read_surface(const std::filesystem::path& path, const Options& options, bas
   result.quads.reserve(quads.quads.size());
   for (const openvdb::Vec4I& q : quads.quads) result.quads.push_back({q[0], q[1], q[2], q[3]});
   split_edges(on, result);
+  timer.count(std::int64_t(std::filesystem::file_size(path) + result.position.size() * 3 * sizeof(Vec3f) + result.quads.size() * sizeof(result.quads[0])));
   return result;
 }
 

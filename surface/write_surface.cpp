@@ -79,32 +79,34 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   field::Blocks blocks;
   field::Field distance, limit;
   std::array<field::Field, 3> velocity;
+  const auto bytes_of = [&](std::int64_t fields) { return fields * std::int64_t(distance.size() * sizeof(float)); };
   {
-    const auto timer = ledger.pass("rasterize");
+    auto timer = ledger.pass("rasterize", std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
     cloud = field::make_cloud(frame, room, lattice, scale);
     blocks = field::make_blocks(cloud, scale);
     field::Spheres spheres = field::rasterize(cloud, field::company(cloud, blocks, scale), blocks, scale);
     distance = std::move(spheres.surface), limit = std::move(spheres.limit);
+    timer.count(bytes_of(2));
   }
   {
-    const auto timer = ledger.pass("rebuild");
+    const auto timer = ledger.pass("rebuild", bytes_of(2));
     distance = field::distance_from_crossings(blocks, distance);
   }
   if (options.smooth > 0) {
-    const auto timer = ledger.pass("smooth");
+    const auto timer = ledger.pass("smooth", bytes_of(2 * 2 * options.smooth + 5));   // read and written by each pass, twice; clamped
     distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), scale.search, limit);
   }
   {
-    const auto timer = ledger.pass("rebuild");
+    const auto timer = ledger.pass("rebuild", bytes_of(2));
     distance = field::distance_from_slope(blocks, distance);
     const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
     field::cut(blocks, base::Vec3f(0, 0, -kBelow), upper, distance);
   }
   {
-    const auto timer = ledger.pass("velocity");
+    const auto timer = ledger.pass("velocity", bytes_of(4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
     velocity = field::velocity(cloud, blocks, distance, kBand, scale.search);
   }
-  const auto timer = ledger.pass("write_surface");
+  auto timer = ledger.pass("write_surface", bytes_of(4));
   openvdb::GridCPtrVec grids;
   for (const openvdb::GridBase::Ptr& grid : {openvdb::GridBase::Ptr(level_set_grid(blocks, distance, lattice)),
                                              openvdb::GridBase::Ptr(velocity_grid(blocks, distance, velocity, options.vel_name))}) {
@@ -118,6 +120,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
     grids.push_back(grid);
   }
   files::write(path, grids, {});
+  timer.count(std::int64_t(std::filesystem::file_size(path)));
 }
 
 }  // namespace surface

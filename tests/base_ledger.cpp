@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <string>
 #include <thread>
+
+#include "base/error.h"
 
 TEST(Ledger, HasNoRowForAPassThatDidNotRun) {
   base::Ledger ledger;
@@ -46,4 +49,63 @@ TEST(Ledger, CountsAPassThatThrows) {
   } catch (int) {
   }
   EXPECT_EQ(ledger.passes().at("pressure").calls, 1);
+}
+
+namespace {
+
+base::Plan small_plan() {
+  base::Plan plan;
+  plan.stage = "simulate";
+  plan.attributes = {{"cell", 12}};
+  plan.passes = {{"sort", base::PassRow::Often::step, {}, {}}};
+  return plan;
+}
+
+}  // namespace
+
+TEST(Ledger, RefusesAPassThatIsNotInItsPlan) {
+  base::Ledger ledger(small_plan());
+  { const auto timer = ledger.pass("sort"); }
+  bool ran = false;
+  try {
+    const auto timer = ledger.pass("pressure");
+    ran = true;
+  } catch (const base::Error& e) {
+    EXPECT_EQ(e.complaint().code, base::Exit::fault);
+    EXPECT_EQ(std::string(e.what()), "pass pressure is not in the plan of simulate");
+  }
+  EXPECT_FALSE(ran);
+  EXPECT_EQ(ledger.passes().size(), 1u);
+}
+
+TEST(Ledger, RefusesAnAttributeThatIsNotInItsPlan) {
+  base::Ledger ledger(small_plan());
+  ledger.hold("cell", 1200);
+  EXPECT_EQ(ledger.attributes().at("cell"), 1200);
+  EXPECT_THROW(ledger.hold("F", 36), base::Error);
+  EXPECT_EQ(ledger.attributes().size(), 1u);
+}
+
+TEST(Ledger, CountsBytesThatAreKnownAtTheEnd) {
+  base::Ledger ledger;
+  {
+    auto timer = ledger.pass("pressure", 10);
+    timer.count(32);
+  }
+  EXPECT_EQ(ledger.passes().at("pressure").bytes, 42);
+}
+
+TEST(Ledger, CountsTheWorkOfAllThreads) {
+  base::Ledger ledger;
+  {
+    const auto timer = ledger.pass("p2g");
+    const auto work = [] {
+      const double end = base::process_seconds() + 0.02;
+      while (base::process_seconds() < end) {}
+    };
+    std::thread other(work);
+    work();
+    other.join();
+  }
+  EXPECT_GE(ledger.passes().at("p2g").cpu_seconds, 0.02);
 }

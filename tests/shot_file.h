@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/shot/shot.h"
+#include "base/error.h"
 #include "tests/temporary_folder.h"
 
 /// Writes shots to a temporary folder and reads them back.

@@ -18,6 +18,7 @@ base::Exit carry_out(const Request& request) {
   if (!request.text.empty()) std::fputs(request.text.c_str(), stdout);
   else if (request.command == "list") list(request);
   else if (request.command == "info") info(request);
+  else if (request.command == "plan") plan(request);
   else if (request.command == "diff") return diff(request) ? base::Exit::done : base::Exit::answer_is_no;
   else if (request.command == "params") params(request);
   else film(request);

@@ -6,6 +6,8 @@ namespace app {
 
 /// run, simulate, surface, render.
 void film(const Request&);
+/// What a shot will do: effects, attributes, passes.
+void plan(const Request&);
 /// Shots, materials and looks that come with the program.
 void list(const Request&);
 /// What is in a file.

@@ -12,6 +12,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic surface SHOT     points -> surface: surface/surface.0001.vdb
   polypic render SHOT      surface -> images: images/beauty.0001.exr and .png, movie.mp4
 
+  polypic plan SHOT        what a shot asks for, before it is made: effects on and off, bytes, passes
   polypic list             shots, materials and looks that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png or run.json
   polypic diff A B         how far two images, .vdb files or runs lie apart
@@ -62,6 +63,14 @@ Frames that are finished are kept: the same command goes on where it was stopped
 
   polypic render mine.toml --frames 12
   polypic render mine.toml --restart --set render.spp=256
+)"},
+    {"plan", R"(polypic plan SHOT [options]     what a shot asks for: each effect on or off and the key that decides, what a particle holds, the passes
+
+  --set KEY=VALUE, --quality Q    as in polypic run
+  --json                          {effects, attributes, bytes_per_particle, passes, particles, cells}
+
+  polypic plan dam_break
+  polypic plan mine.toml --set sim.kernel=quadratic --json
 )"},
     {"list", R"(polypic list [--json]     shots, materials and looks that come with the program
 )"},

@@ -68,6 +68,7 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.name = file.stem().string();
   shot.file = file;
   shot.resolved = shot_text(reading.given);
+  shot.values = flat(reading.complete);
   shot.render.folder = file.parent_path();
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());

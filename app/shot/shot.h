@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "render/render.h"
@@ -24,6 +25,8 @@ struct Shot {
   render::Setting render;
   /// The shot as run: rung, quality table and overrides applied; only keys that somebody set, canonical order and spelling.
   std::string resolved;
+  /// Every key with its value as TOML, defaults included: "body.column.velocity". An optional that is unset is absent.
+  std::vector<std::pair<std::string, std::string>> values;
   void params(base::Params&);
 };
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "app/plan/plan.h"
 #include "app/stages/record.h"
 #include "app/stages/stopwatch.h"
 #include "app/version.h"
@@ -40,12 +41,12 @@ PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes h
 
 void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, double seconds) const {
   write_record(folder_, shot_.scene.options.dimension, {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .version = {}, .source = {}, .files = {},
-                                                        .seconds = seconds, .peak_bytes = 0, .passes = ledger.passes(), .totals = {}});
+                                                        .seconds = seconds, .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
 }
 
 double PictureMaker::surface(std::int64_t frame) {
   const Stopwatch watch;
-  base::Ledger ledger;
+  base::Ledger ledger(plan_of(shot_, Stage::surface));
   const sim::Frame points = surface::read_points(folder_.points(frame));
   const std::filesystem::path file = folder_.surface(frame);
   Folder::make_room_for(file);
@@ -63,15 +64,16 @@ render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
   return tracer_->trace(mesh, grains, frame, ledger);
 }
 
-render::Image PictureMaker::draw(std::int64_t frame) const {
+render::Image PictureMaker::draw(std::int64_t frame, base::Ledger& ledger) const {
   const sim::Frame points = surface::read_points(folder_.points(frame));
+  const auto pass = ledger.pass("draw", static_cast<std::int64_t>(points.position.size() * 2 * sizeof(base::Vec3f)));
   return render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
 }
 
 double PictureMaker::render(std::int64_t frame) {
   const Stopwatch watch;
-  base::Ledger ledger;
-  const render::Image image = is_flat() ? draw(frame) : trace(frame, ledger);
+  base::Ledger ledger(plan_of(shot_, Stage::render));
+  const render::Image image = is_flat() ? draw(frame, ledger) : trace(frame, ledger);
   const render::Options& options = shot_.render.options;
   const render::Stamp stamp{.shot = shot_.name, .hash = hashes_.render, .version = kVersion, .frame = frame, .spp = options.spp,
                             .time = static_cast<double>(frame - 1) / shot_.fps, .reproducible = image.reproducible};
@@ -84,8 +86,8 @@ double PictureMaker::render(std::int64_t frame) {
 
 double PictureMaker::preview(std::int64_t frame) {
   const Stopwatch watch;
-  base::Ledger ledger;
-  const render::Image image = draw(frame);
+  base::Ledger ledger(plan_of(shot_, Stage::preview));
+  const render::Image image = draw(frame, ledger);
   Folder::make_room_for(folder_.preview(frame));
   render::write_png(folder_.preview(frame), image, shot_.render.options, /*display_referred=*/true, ledger);
   record(Stage::preview, frame, ledger, watch.seconds());

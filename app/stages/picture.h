@@ -21,7 +21,7 @@ class PictureMaker {
  private:
   /// Path traced from the surface; in two dimensions the points are drawn.
   render::Image trace(std::int64_t frame, base::Ledger&);
-  render::Image draw(std::int64_t frame) const;
+  render::Image draw(std::int64_t frame, base::Ledger&) const;
   bool is_flat() const { return shot_.scene.options.dimension == 2; }
   void record(Stage, std::int64_t frame, const base::Ledger&, double seconds) const;
 

@@ -77,7 +77,7 @@ sim::Totals totals_from(const Json& json) {
 
 Json passes_json(const std::map<std::string, base::PassCost, std::less<>>& passes) {
   Json out = Json::object();
-  for (const auto& [name, cost] : passes) out[name] = {{"calls", cost.calls}, {"seconds", finite(cost.seconds, name)}, {"bytes", cost.bytes}};
+  for (const auto& [name, cost] : passes) out[name] = {{"calls", cost.calls}, {"seconds", finite(cost.seconds, name)}, {"bytes", cost.bytes}, {"cpu_seconds", finite(cost.cpu_seconds, name)}};
   return out;
 }
 
@@ -93,6 +93,7 @@ Json to_json(const Record& record) {
   out["seconds"] = finite(record.seconds, "seconds");
   out["peak_bytes"] = record.peak_bytes;
   out["passes"] = passes_json(record.passes);
+  if (!record.attributes.empty()) out["attributes"] = record.attributes;
   if (!record.totals) return out;
   out["time"] = finite(record.totals->time, "time");
   put_totals(*record.totals, out);
@@ -110,7 +111,8 @@ Record record_from(const Json& json, Stage stage) {
   for (const Json& file : json.at("files")) record.files.push_back(file_from(file));
   record.seconds = json.at("seconds");
   record.peak_bytes = json.at("peak_bytes");
-  for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes")};
+  for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes"), cost.value("cpu_seconds", 0.0)};
+  if (json.contains("attributes")) record.attributes = json.at("attributes");
   if (stage == Stage::simulate) record.totals = totals_from(json);
   return record;
 }

@@ -31,6 +31,7 @@ struct Record {
   double seconds = 0;          // wall clock
   std::int64_t peak_bytes = 0; // resident memory of the process so far
   std::map<std::string, base::PassCost, std::less<>> passes;
+  std::map<std::string, std::int64_t, std::less<>> attributes;   // bytes that all particles hold: simulate only
   std::optional<sim::Totals> totals;   // simulate only
 };
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "app/plan/plan.h"
 #include "app/stages/hash.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/record.h"
@@ -23,7 +24,7 @@ bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_sear
 double PointsMaker::make(std::int64_t frame) {
   assert(is_missing(frame) && reached_.frame <= frame);
   const Stopwatch watch;
-  base::Ledger ledger;
+  base::Ledger ledger(plan_of(shot_, Stage::simulate));
   if (auto state = checkpoints_.restore(*simulation_, reached_.frame, frame)) reached_ = std::move(*state);
   while (reached_.frame < frame) {
     ledger.clear();
@@ -33,10 +34,12 @@ double PointsMaker::make(std::int64_t frame) {
   const sim::Totals totals = simulation_->totals();
   const std::filesystem::path points = folder_.points(frame);
   Folder::make_room_for(points);
+  if (reached_.columns.empty()) reached_ = simulation_->state();   // nothing has moved yet
+  for (const sim::Column& column : reached_.columns) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
   surface::write_points(points, simulation_->frame(), ledger);
   if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(reached_, ledger);
   write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},
-                                                        .seconds = watch.seconds(), .peak_bytes = 0, .passes = ledger.passes(), .totals = totals});
+                                                        .seconds = watch.seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
   checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }

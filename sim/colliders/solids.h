@@ -30,6 +30,13 @@ struct Solids {
   /// The same for all cells of a block. Shapes that are farther from its middle than its corners, or hold all of it, are asked once.
   std::bitset<std::size_t(Lattice<D>::kCellsPerBlock)> solid_cells(const Cell<D>& block) const;
 
+  /// Whether there is anything to be kept out of: a collider or a wall.
+  bool any() const {
+    for (int a = 0; a < D; ++a)
+      if (!lattice.periodic[std::size_t(a)]) return true;
+    return !shapes.empty();
+  }
+
   /// Moves a particle to the nearest place outside all solids and inside the domain, across periodic sides where it left through one;
   /// what its velocity had towards a solid that it was pushed out of is lost. Returns how far it was pushed [cells].
   template <class Real>

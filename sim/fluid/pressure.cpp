@@ -263,6 +263,8 @@ PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const Liquid
   report.fell_back = solved.fell_back;
   if (!std::isfinite(solved.residual))
     throw base::Error({.code = base::Exit::unstable, .message = "pressure: the velocity before the projection is not finite"});
+  // An unknown of an iteration: the V-cycle's floats, over all levels, about 110 B; product, updates and sums in double 104 B.
+  report.bytes = report.unknowns * (64 + 214 * solved.iterations);
   if (!solved.converged)
     throw base::Error({.code = base::Exit::unstable,
                        .message = fmt::format("pressure: {} unknowns, residual {:.3g} after {} iterations, asked {:.3g}", solved.unknowns,

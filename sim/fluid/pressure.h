@@ -17,6 +17,7 @@ struct PressureReport {
   std::int64_t iterations = 0;       // of conjugate gradients; 0 when solved directly
   double residual = 0;               // [1] relative, Euclidean norm
   double max_divergence = 0;         // [cells m/s / cell] largest net outflow of a liquid cell, as a velocity [m/s]
+  std::int64_t bytes = 0;            // read and written: of the system and its vectors, and by every iteration
   std::int64_t closed_pockets = 0;   // components of liquid that touch no air
   double imbalance = 0;              // [m/s] largest mean net inflow into a cell of a pocket, which no pressure can balance
   bool fell_back = false;            // to incomplete Cholesky

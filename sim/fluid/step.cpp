@@ -63,7 +63,10 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
 
 template <int D, class Real>
 double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, base::Ledger& ledger) {
-  {
+  force_.setZero();
+  if (acceleration.isZero(0)) {
+    grid_.velocity = scattered_;
+  } else {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     for (int a = 0; a < D; ++a) {
       const Real change = force_[a] = Real(dt * acceleration[a]);
@@ -72,10 +75,11 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
       });
     }
   }
-  const auto pass = ledger.pass("pressure");
+  auto pass = ledger.pass("pressure", 4 * grid_bytes());
   const PressureReport report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
   counts_.pressure_iterations += report.iterations;
   counts_.pressure_fallbacks += report.fell_back;
+  pass.count(report.bytes);
   counts_.max_divergence = report.max_divergence / options_.cell;
   double fastest = 0;
   for (int a = 0; a < D; ++a)
@@ -124,7 +128,7 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
     advect(transfer_, blocks_, grid_.velocity, dt, solids_, particles);
   }
-  {
+  if (solids_.any()) {
     const auto pass = ledger.pass("collide", bytes_of(particles));
     const Contacts contacts = push_out<D, Real>(solids_, transfer_.modes(), particles);
     counts_.pushed_out += contacts.pushed_out;

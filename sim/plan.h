@@ -1,0 +1,19 @@
+#pragma once
+// The effects that a simulation can have: which of them a scene asks for, what particles carry for them and which passes they add to a
+// step. Whoever adds an effect adds a row to the table in sim/plan.cpp; docs/architecture.md says how.
+#include <span>
+
+#include "base/plan.h"
+#include "sim/scene.h"
+
+namespace sim {
+
+std::span<const base::EffectRow<Scene>> effect_rows();
+/// All passes a step can have, in the order of work.
+std::span<const base::PassRow> pass_rows();
+/// Modes that a particle carries for each component of its velocity.
+std::int64_t mode_count(const Options&);
+/// Of the stage "simulate". Attributes are those of the columns of State.
+base::Plan plan_of(const Scene&);
+
+}  // namespace sim

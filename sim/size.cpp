@@ -1,0 +1,72 @@
+#include "sim/size.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim {
+namespace {
+
+constexpr double kMostPlaces = 2e6;   // looked at for a shape
+
+bool any_holds(const std::vector<Shape>& shapes, const base::Vec3& at) {
+  return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(at) < 0; });
+}
+
+/// A pattern of places over the part of a shape's bounds that lies in the domain, aligned with the seeding's boxes.
+struct Pattern {
+  base::Vec3 start = base::Vec3::Zero(), step = base::Vec3::Ones();
+  std::array<std::int64_t, 3> count{1, 1, 1};
+  double particles_each = 1;   // that a place stands for
+
+  Pattern(const base::Box& bounds, const Options& o) {
+    const double edge = o.cell / std::round(std::pow(double(o.particles_per_cell), 1.0 / double(o.dimension)));   // [m] of a seeding box
+    std::array<double, 3> first{}, boxes{1, 1, 1};
+    double all = 1;
+    for (std::size_t a = 0; a < std::size_t(o.dimension); ++a) {
+      const auto axis = Eigen::Index(a);
+      const double low = std::max(bounds.lower[axis], o.domain.lower[axis]), high = std::min(bounds.upper[axis], o.domain.upper[axis]);
+      first[a] = std::floor((low - o.domain.lower[axis]) / edge);
+      boxes[a] = std::max(0.0, std::ceil((high - o.domain.lower[axis]) / edge) - first[a]);
+      all *= boxes[a];
+    }
+    double coarser = all > kMostPlaces ? std::pow(all / kMostPlaces, 1.0 / double(o.dimension)) : 1;
+    if (o.seeding == Seeding::jitter && 64 * all < kMostPlaces) coarser = 0.25;   // anywhere in its box: several places a box tell its share
+    for (std::size_t a = 0; a < std::size_t(o.dimension); ++a) {
+      const auto axis = Eigen::Index(a);
+      count[a] = std::int64_t(std::ceil(boxes[a] / coarser));
+      if (count[a] == 0) continue;
+      const double each = boxes[a] / double(count[a]);
+      step[axis] = each * edge;
+      start[axis] = o.domain.lower[axis] + first[a] * edge + 0.5 * step[axis];
+      particles_each *= each;
+    }
+    if (o.dimension == 2) start.z() = 0, step.z() = 0;
+  }
+};
+
+}  // namespace
+
+Size size_of(const Scene& scene) {
+  const Options& o = scene.options;
+  Size size{0, 1};
+  for (int a = 0; a < o.dimension; ++a) size.cells *= std::round(o.domain.size()[a] / o.cell);
+  std::vector<Shape> taken;   // by what is named earlier
+  for (const Collider& c : scene.colliders)
+    for (const Shape& image : with_images(c.shape, o)) taken.push_back(image);
+  for (const Body& body : scene.bodies)
+    for (const Shape& shape : with_images(body.shape, o)) {
+      const Pattern pattern(shape.bounds(), o);
+      std::int64_t inside = 0;
+      for (std::int64_t i = 0; i < pattern.count[0]; ++i)
+        for (std::int64_t j = 0; j < pattern.count[1]; ++j)
+          for (std::int64_t k = 0; k < pattern.count[2]; ++k) {
+            const base::Vec3 at = pattern.start + base::Vec3(double(i), double(j), double(k)).cwiseProduct(pattern.step);
+            inside += shape.distance(at) < 0 && !any_holds(taken, at);
+          }
+      size.particles += double(inside) * pattern.particles_each;
+      taken.push_back(shape);
+    }
+  return size;
+}
+
+}  // namespace sim

@@ -1,0 +1,106 @@
+#pragma once
+// Small shots, one a line of the program's abilities: together they turn every effect on, and off.
+#include <string>
+#include <vector>
+
+struct SmallShot {
+  std::string name, text;
+  std::vector<std::string> sets = {};
+};
+
+inline const std::string kTank = R"([shot]
+frames = 2
+fps = 24
+checkpoint_every = 2
+[sim]
+domain = [[0, 0, 0], [0.8, 0.4, 0.4]]
+cell = 0.1
+[[body]]
+name = "water"
+shape = { box = [[0, 0, 0], [0.4, 0.4, 0.2]] }
+[render]
+width = 32
+height = 16
+spp = 1
+)";
+inline const std::string kFlatTank = R"([shot]
+frames = 2
+fps = 24
+checkpoint_every = 2
+[sim]
+dimension = 2
+domain = [[0, 0], [0.8, 0.4]]
+cell = 0.05
+[[body]]
+name = "water"
+shape = { box = [[0, 0], [0.4, 0.2]] }
+[render]
+width = 64
+height = 32
+)";
+inline const std::string kGravity = R"([[effect]]
+kind = "gravity"
+)";
+inline const std::string kBall = R"([[collider]]
+name = "ball"
+shape = { sphere = { center = [0.6, 0.2, 0.1], radius = 0.12 } }
+)";
+inline const std::string kDisc = R"([[collider]]
+name = "disc"
+shape = { sphere = { center = [0.6, 0.1], radius = 0.08 } }
+)";
+
+inline std::string look(const std::string& keys) { return "[look.special]\n" + keys; }
+
+inline std::vector<SmallShot> small_shots() {
+  const std::vector<std::string> special = {"body.water.look=special"};
+  const std::string periodic = "sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"";
+  std::vector<SmallShot> shots = {
+      {"weightless", kTank},
+      {"falling", kTank + kGravity},
+      {"weightless_gravity", kTank + kGravity, {"effect.1.acceleration=[0,0,0]"}},
+      {"ball", kTank + kGravity + kBall},
+      {"pic", kTank + kGravity, {"sim.transfer=pic"}},
+      {"flip", kTank + kGravity, {"sim.transfer=flip"}},
+      {"apic", kTank + kGravity, {"sim.transfer=apic"}},
+      {"apic_quadratic", kTank + kGravity, {"sim.transfer=apic", "sim.kernel=quadratic"}},
+      {"few_modes", kTank + kGravity, {"sim.modes=5"}},
+      {"all_modes", kTank + kGravity, {"sim.kernel=quadratic"}},
+      {"limited", kTank + kGravity, {"sim.kernel=quadratic", "sim.carry=limited"}},
+      {"hybrid", kTank + kGravity, {"sim.kernel=quadratic", "sim.carry=hybrid", "sim.modes=quadratic"}},
+      {"double", kTank + kGravity, {"sim.precision=double"}},
+      {"regular", kTank + kGravity, {"sim.seeding=regular"}},
+      {"channel", kTank, {periodic + "}"}},
+      {"without_walls", kTank, {periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}"}},
+      {"ball_without_walls", kTank + kBall, {periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}"}},
+      {"rough", kTank, {"surface.smooth=0"}},
+      {"frozen", kTank, {"camera.shutter=0"}},
+      {"lens", kTank, {"camera.aperture=2.8"}},
+      {"camera_keys", kTank + "[[camera.key]]\nframe = 1\nposition = [0, -2, 1]\n[[camera.key]]\nframe = 2\nposition = [0.5, -2, 1]\n"},
+      {"turntable", kTank + "[camera.turntable]\nframes = 8\n"},
+      {"sphere_light", kTank + "[[light]]\nkind = \"sphere\"\n"},
+      {"sun", kTank + "[[light]]\nkind = \"sun\"\n[[light]]\nkind = \"sky\"\n"},
+      {"environment", kTank + "[[light]]\nkind = \"environment\"\nfile = \"sky.png\"\n"},
+      {"set", kTank + "[[set]]\nname = \"piece\"\nmesh = { file = \"piece.obj\" }\n"},
+      {"steel", kTank + look("model = \"conductor\"\n"), special},
+      {"clay", kTank + look("model = \"coated\"\n"), special},
+      {"wax", kTank + look("model = \"translucent\"\n"), special},
+      {"lamp", kTank + look("model = \"emissive\"\n"), special},
+      {"milk", kTank + look("model = \"dielectric\"\nscattering = [1, 1, 1]\n"), special},
+      {"caustics", kTank, {"render.caustics=path"}},
+      {"shadows", kTank, {"render.caustics=none"}},
+      {"studio", kTank, {"render.ground=cyclorama"}},
+      {"nothing_below", kTank, {"render.ground=none"}},
+      {"adaptive", kTank, {"render.noise=0.1", "render.spp=16"}},
+      {"hurried", kTank, {"render.time_limit=100"}},
+      {"plain", kTank, {"render.view=srgb"}},
+      {"flat", kFlatTank},
+      {"flat_falling", kFlatTank + kGravity + kDisc},
+      {"flat_quadratic", kFlatTank + kGravity, {"sim.kernel=quadratic", "sim.carry=limited"}},
+      {"flat_channel", kFlatTank + kDisc, {periodic + "}", "sim.precision=double"}},
+  };
+  return shots;
+}
+
+/// Beside the shots: what they name.
+inline const std::string kPiece = "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0.2\nf 1 2 3\n";
