@@ -42,6 +42,7 @@ bool any_model(const Setting& s, std::string_view model) {
 
 bool has_ground(const Setting& s, std::string_view ground) { return in_space(s) && s.options.ground == ground; }
 bool has_caustics(const Setting& s, std::string_view caustics) { return in_space(s) && s.options.caustics == caustics; }
+bool has_denoise(const Setting& s, std::string_view denoise) { return in_space(s) && s.options.denoise == denoise; }
 bool has_view(const Setting& s, std::string_view view) { return in_space(s) && s.options.view == view; }
 
 }  // namespace
@@ -51,6 +52,7 @@ std::span<const base::PassRow> pass_rows() {
       {"mesh", Often::frame, {"surface file"}, {"mesh"}},
       {"bvh", Often::frame, {"mesh", "points file", "solids", "set"}, {"scene"}},
       {"trace", Often::frame, {"scene"}, {"image"}},
+      {"denoise", Often::frame, {"image"}, {"image"}},
       {"draw", Often::frame, {"points file"}, {"image"}},
       {"write_image", Often::frame, {"image"}, {"image file"}},
   };
@@ -92,6 +94,9 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
       {"no ground", {"render.ground=none"}, [](const Setting& s) { return has_ground(s, "none"); }},
       {"adaptive sampling", {"render.noise"}, [](const Setting& s) { return in_space(s) && s.options.noise.has_value(); }},
       {"time limit", {"render.time_limit"}, [](const Setting& s) { return in_space(s) && s.options.time_limit.has_value(); }},
+      {"noisy pictures", {"render.denoise=none"}, [](const Setting& s) { return has_denoise(s, "none"); }},
+      {"denoised layer", {"render.denoise=layer"}, [](const Setting& s) { return has_denoise(s, "layer"); }, {"denoise"}},
+      {"denoised pictures", {"render.denoise=picture"}, [](const Setting& s) { return has_denoise(s, "picture"); }, {"denoise"}},
       {"filmic view", {"render.view=filmic", "render.exposure"}, [](const Setting& s) { return has_view(s, "filmic"); }},
       {"plain view", {"render.view=srgb", "render.exposure"}, [](const Setting& s) { return has_view(s, "srgb"); }},
   };

@@ -1,5 +1,7 @@
 #include "sim/plan.h"
 
+#include <type_traits>
+
 #include "sim/effects/gravity.h"
 #include "sim/transfer/modes.h"
 
@@ -18,6 +20,13 @@ bool any_side(const Options& o, Side side) {
   for (int a = 0; a < o.dimension; ++a)
     if (o.boundary[std::size_t(a)][0] == side || o.boundary[std::size_t(a)][1] == side) return true;
   return false;
+}
+
+/// A text, or an enumeration in the order of its names.
+template <class Choice>
+bool splits_by(const Choice& splitting, int number, std::string_view name) {
+  if constexpr (std::is_enum_v<Choice>) return int(splitting) == number;
+  else return splitting == name;
 }
 
 template <Transfer kind>
@@ -45,6 +54,7 @@ std::span<const base::PassRow> pass_rows() {
       {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"pressure", Often::step, {"grid velocity", "blocks", "solids"}, {"grid velocity"}},
+      {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"extrapolate", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"g2p", Often::step, {"grid velocity"}, {"particles"}},
       {"advect", Often::step, {"grid velocity", "particles"}, {"particles"}},
@@ -75,7 +85,8 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}},
       {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}},
       {"fixed carry", {"sim.carry=fixed"}, has_carry<Carry::fixed>},
-      {"lie splitting", {"sim.splitting=lie"}, [](const Scene& s) { return s.options.splitting == "lie"; }},
+      {"lie splitting", {"sim.splitting=lie"}, [](const Scene& s) { return splits_by(s.options.splitting, 0, "lie"); }},
+      {"reflection", {"sim.splitting=reflection"}, [](const Scene& s) { return splits_by(s.options.splitting, 1, "reflection"); }, {"reflect"}},
       {"single precision", {"sim.precision=single"}, has_precision<Precision::single_precision>},
       {"double precision", {"sim.precision=double"}, has_precision<Precision::double_precision>},
       {"jittered seeding", {"sim.seeding=jitter", "sim.seed"}, has_seeding<Seeding::jitter>},

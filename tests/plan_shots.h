@@ -93,6 +93,8 @@ inline std::vector<SmallShot> small_shots() {
       {"nothing_below", kTank, {"render.ground=none"}},
       {"adaptive", kTank, {"render.noise=0.1", "render.spp=16"}},
       {"hurried", kTank, {"render.time_limit=100"}},
+      {"denoised", kTank, {"render.denoise=picture"}},
+      {"denoised_layer", kTank, {"render.denoise=layer"}},
       {"plain", kTank, {"render.view=srgb"}},
       {"flat", kFlatTank},
       {"flat_falling", kFlatTank + kGravity + kDisc},
