@@ -165,27 +165,34 @@ void run(benchmark::State& state, const Case& c) {
   const auto update = [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) deform(gradients[p], 0.01f, F[p]);
   };
+  double seconds[3] = {};   // sort, P2G, G2P
   const auto step = [&] {
+    const auto start = std::chrono::steady_clock::now();
     ranges = order.sort(particles, lattice, transfer.home());
     blocks.cover(ranges, 2);
     if (c.deformation) order.move_along(F, buffer);
+    const auto sorted = std::chrono::steady_clock::now();
     transfer.scatter(particles, ranges, blocks, grid);
+    const auto scattered = std::chrono::steady_clock::now();
     if (c.deformation) transfer.gather(ranges, blocks, grid.velocity, nullptr, {}, particles, &gradients, update);
     else transfer.gather(ranges, blocks, grid.velocity, nullptr, {}, particles);
+    const auto gathered = std::chrono::steady_clock::now();
+    const auto add = [](double& sum, auto from, auto to) { sum += std::chrono::duration<double>(to - from).count(); };
+    add(seconds[0], start, sorted), add(seconds[1], sorted, scattered), add(seconds[2], scattered, gathered);
   };
   step();
-  double total = 0;
+  std::fill(std::begin(seconds), std::end(seconds), 0.0);
   for (auto _ : state) {
+    state.PauseTiming();
     crowd.flow.move(particles, box);
-    const auto start = std::chrono::steady_clock::now();
+    state.ResumeTiming();
     step();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    total += seconds;
-    state.SetIterationTime(seconds);
   }
-  const double count = double(particles.size()), ns = 1e9 * total / double(state.iterations()) / count;
+  const double count = double(particles.size()), scale = 1e9 / double(state.iterations()) / count;
+  const double ns = scale * (seconds[0] + seconds[1] + seconds[2]);
   const double best = 1e9 * roofline(bytes_of(c, Layout::kLattices), operations_of(c), c.threads);
   state.counters["ns_per_particle"] = ns;
+  state.counters["sort"] = scale * seconds[0], state.counters["p2g"] = scale * seconds[1], state.counters["g2p"] = scale * seconds[2];
   state.counters["roofline_ns"] = best;
   state.counters["times_roofline"] = ns / best;
   state.counters["lane_use"] = lane_use(ranges);
@@ -201,7 +208,7 @@ void add(const std::string& layout, Case c) {
            (c.deformation ? "_F" : "") + (c.plain ? "/plain" : "") + (c.edge == 50 ? "" : "/" + std::to_string(kPerCell * c.edge * c.edge * c.edge)) +
            (c.margin == 1 ? "" : "/in_a_domain_8_times_as_wide") + (c.threads == 2 ? "" : "/threads:" + std::to_string(c.threads));
   const auto one = [c](benchmark::State& state) { run<Layout>(state, c); };
-  benchmark::RegisterBenchmark(c.name.c_str(), one)->UseManualTime()->Unit(benchmark::kMillisecond)->MinTime(0.4);
+  benchmark::RegisterBenchmark(c.name.c_str(), one)->Unit(benchmark::kMillisecond);
 }
 
 using Faces = FaceLayout<3, float>;

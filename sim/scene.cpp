@@ -207,6 +207,25 @@ void Options::params(base::Params& p) {
   p.require(is_power, "particles_per_cell", dimension == 2 ? "must be 1, 4, 9 or 16" : "must be 1, 8, 27 or 64");
 }
 
+namespace {
+
+/// What the boxes around the bodies would hold, within the domain.
+double most_particles(const Scene& scene) {
+  const Options& o = scene.options;
+  double most = 0;
+  for (const Body& body : scene.bodies) {
+    if (body.shape.box.has_value() == body.shape.sphere.has_value()) continue;   // refused elsewhere
+    const base::Box bounds = body.shape.bounds();
+    double here = double(o.particles_per_cell);
+    for (int a = 0; a < int(o.dimension); ++a)
+      here *= std::max(0.0, std::min(bounds.upper[a], o.domain.upper[a]) - std::max(bounds.lower[a], o.domain.lower[a])) / o.cell;
+    most += here;
+  }
+  return most;
+}
+
+}  // namespace
+
 std::vector<Shape> with_images(const Shape& shape, const Options& o) {
   const auto moved = [](Shape image, const base::Vec3& by) {
     if (image.box) image.box = base::Box{image.box->lower + by, image.box->upper + by};
@@ -241,6 +260,8 @@ void Scene::params(base::Params& p) {
   };
   p.require(unique(bodies), "body", "two bodies have the same name");
   p.require(unique(colliders), "collider", "two colliders have the same name");
+  const double most = most_particles(*this);
+  p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
   for (const Body& body : bodies)
     p.require(body.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
 }

@@ -23,6 +23,8 @@ enum class Side { slip, periodic };
 
 /// Numbers of cells fit in 64 bits, those along an axis in 32. Only the cells around particles are stored.
 inline constexpr double kMostCells = 1e17, kMostCellsOfAnEdge = 1e9;
+/// Particles are counted in 32 bits.
+inline constexpr double kMostParticles = 4e9;
 
 /// A solid of simple form: exactly one of its members is set. A box without thickness along an axis goes on along it without end: in two
 /// dimensions shapes are what they cut out of the plane.

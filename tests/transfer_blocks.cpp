@@ -2,6 +2,7 @@
 #include <map>
 #include <set>
 
+#include "sim/colliders/solids.h"
 #include "tests/transfer_cases.h"
 
 namespace sim {
@@ -77,7 +78,7 @@ void expect_tiles(const ActiveBlocks<D>& blocks) {
     }
     if (!in_domain) continue;
     std::map<int, std::ptrdiff_t> found;
-    blocks.template for_tile<tile>(block, [&](int place, std::size_t index, int count) {
+    blocks.template for_tile<tile>(block, [&](int place, std::size_t index, auto count) {
       for (int k = 0; k < count; ++k) ASSERT_TRUE(found.emplace(place + k, std::ptrdiff_t(index) + k).second);
     });
     ASSERT_EQ(found.size(), expected);
@@ -166,6 +167,35 @@ TEST(Blocks, ADomainOfAnySizeCostsWhatItsParticlesCost) {
     EXPECT_EQ(small, large);
     EXPECT_LE(small, std::size_t(int_power(16 + 16, D)));
   });
+}
+
+// A block is asked as a whole where no shape comes near; that must not be seen.
+TEST(Solids, OfABlockAreThoseOfItsCells) {
+  Scene scene;
+  scene.options.domain = {base::Vec3(-1, 0, 2), base::Vec3(2, 1.8, 4.6)};
+  scene.options.cell = 0.1;
+  scene.options.boundary[0] = {Side::periodic, Side::periodic};
+  Collider post, ball;
+  post.shape.box = base::Box{base::Vec3(-0.4, 0.2, 2), base::Vec3(1.1, 1.5, 3.5)};
+  ball.shape.sphere = Shape::Sphere{base::Vec3(1.7, 1, 4), 0.55};
+  scene.colliders = {post, ball};
+  const Lattice<3> lattice({30, 18, 26}, {true, false, false});
+  const Solids<3> solids(scene, lattice);
+  const auto blocks = ActiveBlocks<3>::whole(lattice);
+  std::size_t inside = 0, full = 0;
+  for (std::size_t slot = 0; slot < blocks.count(); ++slot) {
+    const auto found = solids.solid_cells(blocks.block(slot));
+    full += found.all();
+    for (int local = 0; local < Lattice<3>::kCellsPerBlock; ++local) {
+      const Cell<3> at = Lattice<3>::cell_in(blocks.block(slot), local);
+      if (!blocks.is_place(slot * 64 + std::size_t(local))) continue;
+      ASSERT_EQ(found[std::size_t(local)], solids.solid(at)) << at[0] << ' ' << at[1] << ' ' << at[2];
+      inside += lattice.inside(at) && found[std::size_t(local)];
+    }
+  }
+  EXPECT_GT(inside, 3000u);
+  EXPECT_LT(inside, 6000u);
+  EXPECT_GT(full, 10u);
 }
 
 TEST(Blocks, KeysAreOrderedAndComeBack) {

@@ -136,6 +136,29 @@ TEST(Lanes, FastEqualsPlainOnBlocksAroundParticlesOnly) {
   expect_equal_to_round_off(outcome(fast, blocks, field, false, particles), outcome(plain, blocks, field, false, particles), 27);
 }
 
+// What is called after each block finds the block's particles gathered, and all calls together every particle once.
+TEST(Lanes, CallBackForEveryParticleOnceItIsGathered) {
+  const Lattice<3> lattice = lattice_of<3>(17, true);
+  const auto blocks = ActiveBlocks<3>::whole(lattice);
+  const auto field = random_field<NodeLayout<3, float>>(blocks, 8);
+  for (const Path path : {Path::fast, Path::plain}) {
+    const NodeTransfer<3, float> transfer(Kernel::quadratic, prefix<3>(Kernel::quadratic, 4), path);
+    auto particles = random_particles<3, float>(lattice, 5000, 4, 9);
+    CanonicalOrder<3, float> order;
+    const CellRanges ranges = order.sort(particles, lattice, transfer.home());
+    std::vector<int> calls(particles.size(), 0);
+    std::vector<float> seen(particles.size());
+    Gradients<3, float> gradients;
+    transfer.gather(ranges, blocks, field, nullptr, {}, particles, &gradients, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) ++calls[p], seen[p] = particles.component(p, 2)[3] + gradients[p](1, 2);
+    });
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      ASSERT_EQ(calls[p], 1);
+      ASSERT_EQ(seen[p], particles.component(p, 2)[3] + gradients[p](1, 2));
+    }
+  }
+}
+
 /// dv/dx by differences of the interpolated velocity.
 TEST(Lanes, GradientsAreThoseOfTheInterpolatedVelocity) {
   using Layout = NodeLayout<3, float>;

@@ -19,6 +19,40 @@ void KeyTable::build(const std::vector<std::int64_t>& ascending) {
 
 namespace {
 
+/// Keys that have come up; grows with them.
+class KeySet {
+ public:
+  explicit KeySet(std::size_t expected) : entries_(std::bit_ceil(2 * expected + 16), kNone) {}
+  /// False when it was there.
+  bool insert(std::int64_t key) {
+    if (2 * ++count_ > entries_.size()) grow();
+    return put(key);
+  }
+
+ private:
+  static constexpr std::int64_t kNone = -1;
+  bool put(std::int64_t key) {
+    const std::size_t mask = entries_.size() - 1;
+    for (std::size_t at = std::size_t((std::uint64_t(key) * 0x9e3779b97f4a7c15u) >> 32) & mask;; at = (at + 1) & mask) {
+      if (entries_[at] == key) {
+        --count_;
+        return false;
+      }
+      if (entries_[at] != kNone) continue;
+      entries_[at] = key;
+      return true;
+    }
+  }
+  void grow() {
+    std::vector<std::int64_t> old(2 * entries_.size(), kNone);
+    old.swap(entries_);
+    for (const std::int64_t key : old)
+      if (key != kNone) put(key);
+  }
+  std::vector<std::int64_t> entries_;
+  std::size_t count_ = 0;
+};
+
 /// Calls body(block) for all blocks from `lower` to `upper`, both included.
 template <int D, class Body>
 void for_box(const Cell<D>& lower, const Cell<D>& upper, const Body& body) {
@@ -62,38 +96,27 @@ ActiveBlocks<D> ActiveBlocks<D>::whole(const Lattice<D>& lattice) {
 
 template <int D>
 void ActiveBlocks<D>::cover(const CellRanges& ranges, int depth) {
-  constexpr std::size_t kChunk = 256;
-  const auto around = [&](std::size_t begin, std::size_t end) {
-    std::vector<std::int64_t> found;
-    for (std::size_t b = begin; b < end; ++b) {
-      const Cell<D> block = lattice_.block_at(ranges.occupied[b]);
-      Cell<D> lower, upper;
-      occupied_box<D>(ranges, b, lower, upper);
-      for (int a = 0; a < D; ++a) {
-        lower[a] = (block[a] * kEdge + lower[a] - depth) >> 2;
-        upper[a] = (block[a] * kEdge + upper[a] + depth) >> 2;
-        // Around a periodic end the cut block counts as whole: a block more at most.
-        if (lattice_.periodic[a] && lattice_.cells[a] % kEdge) --lower[a], ++upper[a];
-        if (lattice_.periodic[a]) upper[a] = std::min(upper[a], lower[a] + lattice_.blocks[a] - 1);
-        else lower[a] = std::max(lower[a], lattice_.lowest_block(a)), upper[a] = std::min(upper[a], lattice_.highest_block(a));
-      }
-      for_box<D>(lower, upper, [&](Cell<D> at) {
-        for (int a = 0; a < D; ++a)
-          if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.blocks[a] + lattice_.blocks[a]) % lattice_.blocks[a];
-        found.push_back(lattice_.block_key(at));
-      });
+  std::vector<std::int64_t> keys;
+  KeySet seen(2 * ranges.occupied.size());
+  for (std::size_t b = 0; b < ranges.occupied.size(); ++b) {
+    const Cell<D> block = lattice_.block_at(ranges.occupied[b]);
+    Cell<D> lower, upper;
+    occupied_box<D>(ranges, b, lower, upper);
+    for (int a = 0; a < D; ++a) {
+      lower[a] = (block[a] * kEdge + lower[a] - depth) >> 2;
+      upper[a] = (block[a] * kEdge + upper[a] + depth) >> 2;
+      // Around a periodic end the cut block counts as whole: a block more at most.
+      if (lattice_.periodic[a] && lattice_.cells[a] % kEdge) --lower[a], ++upper[a];
+      if (lattice_.periodic[a]) upper[a] = std::min(upper[a], lower[a] + lattice_.blocks[a] - 1);
+      else lower[a] = std::max(lower[a], lattice_.lowest_block(a)), upper[a] = std::min(upper[a], lattice_.highest_block(a));
     }
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
-  };
-  const auto append = [](std::vector<std::int64_t> all, const std::vector<std::int64_t>& part) {
-    all.insert(all.end(), part.begin(), part.end());
-    return all;
-  };
-  auto keys = base::ordered_reduce(ranges.occupied.size(), kChunk, std::vector<std::int64_t>{}, around, append);
+    for_box<D>(lower, upper, [&](Cell<D> at) {
+      for (int a = 0; a < D; ++a)
+        if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.blocks[a] + lattice_.blocks[a]) % lattice_.blocks[a];
+      if (const std::int64_t key = lattice_.block_key(at); seen.insert(key)) keys.push_back(key);
+    });
+  }
   std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   if (keys != keys_) activate(std::move(keys));
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "sim/transfer/lattice.h"
@@ -102,7 +103,7 @@ class ActiveBlocks {
   auto places(const Cell<D>& first) const;
   /// The tile of a block: its places, one before and kTile - kEdge - 1 behind along every axis, as a dense array of kTile^D, last axis fastest.
   /// Calls body(place in the tile, index, count) for the runs of places that are active and that a stencil of kTile - kEdge nodes of a particle in
-  /// the block may reach; in a cut block these are fewer.
+  /// the block may reach; in a cut block these are fewer. `count` is a constant (std::integral_constant) where nothing is cut.
   template <int kTile, class Body>
   void for_tile(const Cell<D>& block, const Body& body) const;
 
@@ -196,16 +197,21 @@ void ActiveBlocks<D>::for_tile(const Cell<D>& block, const Body& body) const {
     }
     if (!plain || own < 0) {
       for (int k = 0; k < reach[D - 1]; ++k, ++at[D - 1])
-        if (const std::ptrdiff_t i = index(at); i >= 0) body(tile + k, std::size_t(i), 1);
+        if (const std::ptrdiff_t i = index(at); i >= 0) body(tile + k, std::size_t(i), std::integral_constant<int, 1>{});
       continue;
     }
-    const auto run = [&](int from, int to, int part, int start) {
-      const std::int32_t s = neighbours_[std::size_t(own)][std::size_t(other + part)];
-      if (s >= 0 && from < to) body(tile + from, std::size_t(s) * kCells + std::size_t(local + start), to - from);
+    const std::int32_t* const line = &neighbours_[std::size_t(own)][std::size_t(other)];
+    const auto run = [&](int from, int part, int start, auto count) {
+      if (line[part] >= 0) body(tile + from, std::size_t(line[part]) * kCells + std::size_t(local + start), count);
     };
-    run(0, 1, -1, kEdge - 1);
-    run(1, std::min(1 + kEdge, reach[D - 1]), 0, 0);
-    run(1 + kEdge, reach[D - 1], 1, 0);
+    run(0, -1, kEdge - 1, std::integral_constant<int, 1>{});
+    if (reach[D - 1] == kTile) {
+      run(1, 0, 0, std::integral_constant<int, kEdge>{});
+      run(1 + kEdge, 1, 0, std::integral_constant<int, kTile - kEdge - 1>{});
+    } else {
+      run(1, 0, 0, std::min(kEdge, reach[D - 1] - 1));
+      if (reach[D - 1] > 1 + kEdge) run(1 + kEdge, 1, 0, reach[D - 1] - 1 - kEdge);
+    }
   }
 }
 

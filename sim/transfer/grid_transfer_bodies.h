@@ -114,7 +114,7 @@ class BlockSums {
 
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
-    blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, int count) {
+    blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
       for (int l = 0; l < Layout::kLattices; ++l)
         for (int k = 0; k < count; ++k) Layout::mass(grid.mass, l)[to + std::size_t(k)] += sums_[l][std::size_t(from + k)];
       for (int c = 0; c < D; ++c)
@@ -171,7 +171,7 @@ template <class Layout, int kTile, std::size_t size>
 void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout::kDimension>& block, const typename Layout::Field& field,
                std::array<typename Layout::Real, size>& tile) {
   constexpr std::size_t places = size / Layout::kDimension;
-  blocks.template for_tile<kTile>(block, [&](int to, std::size_t from, int count) {
+  blocks.template for_tile<kTile>(block, [&](int to, std::size_t from, auto count) {
     for (int c = 0; c < Layout::kDimension; ++c)
       for (int k = 0; k < count; ++k) tile[std::size_t(c) * places + std::size_t(to + k)] = Layout::at(field, c, from + std::size_t(k));
   });

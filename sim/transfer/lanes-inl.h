@@ -380,11 +380,25 @@ HWY_INLINE void for_batches(const Block& block, Body& body) {
   }
 }
 
+/// Calls for the rows of the batches to come: they lie where the last sort left them, and no hardware guesses that.
+template <class S>
+HWY_INLINE void prefetch_rows(const Block& block, std::uint32_t p) {
+  constexpr std::uint32_t kAhead = 2 * kLanes;
+  const std::uint32_t end = block.begin[Lattice<3>::kCellsPerBlock], first = p + kAhead, last = first + kLanes < end ? first + kLanes : end;
+  for (std::uint32_t q = first; q < last; ++q) {
+    const char* const row = reinterpret_cast<const char*>(block.coefficients + std::size_t(block.row[q]) * Batch<S>::kRow);
+#pragma GCC unroll 6
+    for (std::size_t byte = 0; byte < sizeof(float) * Batch<S>::kRow; byte += 64) __builtin_prefetch(row + byte);
+    __builtin_prefetch(row + sizeof(float) * Batch<S>::kRow - 1);
+  }
+}
+
 template <class S>
 struct ScatterBatch {
   const Block& block;
   float* lanes;
   HWY_INLINE void operator()(std::uint32_t p, int size, std::size_t place) const {
+    if (block.row) prefetch_rows<S>(block, p);
     const Batch<S> batch(block, p, size, block.row != nullptr, nullptr);
     scatter_lattice<S, 0>(batch, place, lanes);
     if constexpr (S::faces) {
@@ -397,6 +411,9 @@ struct ScatterBatch {
 template <class S>
 void scatter_block(const Block& block, float* tile) {
   alignas(64) float lanes[std::size_t(S::fields) * S::padded * kLanes];
+  if (block.row)
+    for (std::uint32_t q = block.begin[0]; q < block.begin[Lattice<3>::kCellsPerBlock] && q < block.begin[0] + 2 * kLanes; ++q)
+      __builtin_prefetch(block.coefficients + std::size_t(block.row[q]) * Batch<S>::kRow);
   std::memset(lanes, 0, sizeof lanes);
   ScatterBatch<S> body{block, lanes};
   for_batches<S>(block, body);

@@ -1,12 +1,14 @@
 #include "sim/transfer/order.h"
 
 #include <array>
+#include <limits>
 
 namespace sim {
 namespace {
 
 constexpr std::size_t kChunk = 16384;
 constexpr std::size_t kParts = 4;      // that count on their own; the order does not depend on it
+constexpr std::size_t kAhead = 48;     // particles whose data are called for before they are needed
 constexpr std::size_t kShortRow = 8;   // numbers: as cheap to move as to look up
 
 /// The last keys seen and what was found for them: particles of one block mostly follow each other, and its neighbours come again.
@@ -34,16 +36,16 @@ void make_unique(std::vector<std::int64_t>& keys) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
-/// Fills `keys` with key_of(p) for all p and returns those that occur, ascending.
-template <class KeyOf>
-std::vector<std::int64_t> distinct(std::vector<std::int64_t>& keys, const KeyOf& key_of) {
+/// Fills `keys` with key_of(p) for all p, cells' keys, and returns those of the blocks that occur, ascending.
+template <int D, class KeyOf>
+std::vector<std::int64_t> occupied_blocks(std::vector<std::int64_t>& keys, const KeyOf& key_of) {
   auto found = base::ordered_reduce(keys.size(), kChunk, std::vector<std::int64_t>{}, [&](std::size_t begin, std::size_t end) {
     std::vector<std::int64_t> part;
     Recent<bool> seen;
     for (std::size_t p = begin; p < end; ++p) {
       keys[p] = key_of(p);
-      seen(keys[p], [&](std::int64_t key) {
-        part.push_back(key);
+      seen(keys[p] / Lattice<D>::kCellsPerBlock, [&](std::int64_t block) {
+        part.push_back(block);
         return true;
       });
     }
@@ -86,22 +88,32 @@ void add_up(std::vector<std::uint32_t>& counts, std::size_t cells, std::vector<s
   begin[cells] = starts.back();
 }
 
-/// Sorts a few particles by id. By rank: no branch depends on the ids.
-void sort_by_id(std::uint32_t* from, std::size_t count, const std::vector<std::int64_t>& id) {
-  constexpr std::size_t kFew = 32;
-  if (count > kFew) {
-    std::sort(from, from + count, [&](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
-    return;
+/// Calls place(k, particle) for the particles of a cell, k their number by id. Few are ranked in a loop of fixed length: no branch depends on ids.
+template <class Place>
+void place_by_id(std::uint32_t* from, std::size_t count, const std::vector<std::int64_t>& id, const Place& place) {
+  constexpr std::size_t kFew = 16;
+  constexpr std::int64_t kShort = std::numeric_limits<std::int32_t>::max();
+  bool is_short = count <= kFew;
+  if (is_short) {
+    std::array<std::int32_t, kFew> ids;
+    std::array<std::uint32_t, kFew> own;
+    ids.fill(std::int32_t(kShort));
+    for (std::size_t i = 0; i < count; ++i) {
+      own[i] = from[i];
+      is_short = is_short && id[own[i]] < kShort;
+      ids[i] = std::int32_t(id[own[i]]);
+    }
+    if (is_short) {
+      for (std::size_t i = 0; i < count; ++i) {
+        std::int32_t rank = 0;
+        for (std::size_t j = 0; j < kFew; ++j) rank += ids[j] < ids[i];
+        place(std::size_t(rank), own[i]);
+      }
+      return;
+    }
   }
-  std::array<std::int64_t, kFew> ids;
-  std::array<std::uint32_t, kFew> sorted;
-  for (std::size_t i = 0; i < count; ++i) ids[i] = id[from[i]];
-  for (std::size_t i = 0; i < count; ++i) {
-    std::size_t rank = 0;
-    for (std::size_t j = 0; j < count; ++j) rank += ids[j] < ids[i];
-    sorted[rank] = from[i];
-  }
-  std::copy_n(sorted.begin(), count, from);
+  std::sort(from, from + count, [&](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
+  for (std::size_t i = 0; i < count; ++i) place(i, from[i]);
 }
 
 }  // namespace
@@ -119,7 +131,7 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   CellRanges ranges;
   ranges.home = home;
   key_.resize(count), cell_.resize(count), from_.resize(count);
-  ranges.occupied = distinct(key_, [&](std::size_t p) { return lattice.block_key(Lattice<D>::block_of(place_of(p))); });
+  ranges.occupied = occupied_blocks<D>(key_, [&](std::size_t p) { return lattice.key(place_of(p)); });
   table_.build(ranges.occupied);
 
   const std::size_t cells = ranges.occupied.size() * per_block, part = (count + kParts - 1) / kParts;
@@ -128,8 +140,8 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
     std::uint32_t* const counts = counts_.data() + begin / part * cells;
     Recent<std::size_t> first;
     for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t block = first(key_[p], [&](std::int64_t key) { return std::size_t(table_.find(key)) * per_block; });
-      cell_[p] = std::uint32_t(block + std::size_t(Lattice<D>::local_of(place_of(p))));
+      const std::size_t block = first(key_[p] / std::int64_t(per_block), [&](std::int64_t key) { return std::size_t(table_.find(key)) * per_block; });
+      cell_[p] = std::uint32_t(block + std::size_t(key_[p]) % per_block);
       ++counts[cell_[p]];
     }
   });
@@ -138,20 +150,36 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
     std::uint32_t* const next = counts_.data() + begin / part * cells;
     for (std::size_t p = begin; p < end; ++p) from_[next[cell_[p]]++] = std::uint32_t(p);
   });
-  base::parallel_chunks(cells, 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) sort_by_id(&from_[ranges.begin[k]], ranges.begin[k + 1] - ranges.begin[k], particles.id);
+  // The cell of a particle whose nearest node this is.
+  const auto cell_below = [&](Cell<D> node, const Vec<D, Real>& offset) {
+    for (int a = 0; a < D; ++a)
+      if (offset[a] >= Real(0.5)) --node[a];
+    return lattice.wrapped(node);
+  };
+  const bool moves_rows = particles.row() <= kShortRow;
+  sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
+  base::parallel_chunks(cells, 1024, [&](std::size_t begin, std::size_t end) {
+    std::size_t ahead = ranges.begin[begin];
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t first = ranges.begin[k], last = ranges.begin[k + 1];
+      for (const std::size_t until = std::min<std::size_t>(last + kAhead, count); ahead < until; ++ahead) {   // where they come from is no pattern
+        const std::size_t q = from_[ahead];
+        __builtin_prefetch(&particles.id[q]), __builtin_prefetch(&particles.offset[q]);
+      }
+      if (first == last) continue;
+      const Cell<D> cell = Lattice<D>::cell_in(lattice.block_at(ranges.occupied[k / per_block]), int(k % per_block));
+      place_by_id(from_.data() + first, last - first, particles.id, [&](std::size_t k_in_cell, std::uint32_t q) {
+        const std::size_t p = first + k_in_cell;
+        from_[p] = q;
+        sorted_.cell[p] = cell, sorted_.offset[p] = particles.offset[q], sorted_.id[p] = particles.id[q];
+        if (home != Home::cell) sorted_.cell[p] = cell_below(cell, particles.offset[q]);
+        if (!moves_rows) sorted_.rows[p] = std::uint32_t(particles.row_of(q));
+      });
+    }
   });
-
-  move_along(particles.cell, sorted_.cell);
-  move_along(particles.offset, sorted_.offset);
-  move_along(particles.id, sorted_.id);
-  if (particles.row() <= kShortRow) {
-    move_along(particles.coefficients, sorted_.coefficients, particles.row());
-  } else if (particles.rows.empty()) {
-    particles.rows = from_;
-  } else {
-    move_along(particles.rows, sorted_.rows);
-  }
+  particles.cell.swap(sorted_.cell), particles.offset.swap(sorted_.offset), particles.id.swap(sorted_.id);
+  if (moves_rows) move_along(particles.coefficients, sorted_.coefficients, particles.row());
+  else particles.rows.swap(sorted_.rows);
   return ranges;
 }
 

@@ -22,7 +22,7 @@ class CanonicalOrder {
   void move_along(std::vector<T>& column, std::vector<T>& buffer, std::size_t row = 1) const;
 
  private:
-  std::vector<std::int64_t> key_;            // of each particle's block
+  std::vector<std::int64_t> key_;            // of each particle's cell
   std::vector<std::uint32_t> cell_;          // of each particle, its cell among those of the occupied blocks
   std::vector<std::uint32_t> from_;          // of each place in the order, who comes there
   std::vector<std::uint32_t> counts_;        // of each part and cell
