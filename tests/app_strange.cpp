@@ -94,6 +94,46 @@ TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
   expect_no_dot_files();
 }
 
+// Neither needs a user that the permissions of files bind: a file stands where a folder was, or the folder is immutable.
+TEST_F(Strange, AFolderThatCannotBeWrittenAnyMoreStopsTheRunAndItGoesOn) {
+  const std::vector<std::string> words = {"run", "x.toml", "--frames", "1-400"};
+  for (const std::string name : {"points", "surface", "images", "ledger"}) {
+    const fs::path place = folder / "out/x" / name;
+    const Outcome stopped = run_until(words, [&] {
+      if (!fs::exists(folder / "out/x/ledger/render.0002.json")) return false;
+      fs::rename(place, folder / "kept");
+      write("out/x/" + name, "");
+      return true;
+    }, 0);
+    EXPECT_EQ(stopped.exit, 5) << stopped.err;
+    EXPECT_EQ(stopped.complaints(), 1) << stopped.err;
+    EXPECT_NE(stopped.err.find("out/x/" + name), std::string::npos) << stopped.err;
+    fs::remove(place);
+    fs::rename(folder / "kept", place);
+    run_well({"run", "x.toml", "--frames", "1-4"});
+    expect_no_dot_files();
+    fs::remove_all(folder / "out");
+  }
+  const auto set_immutable = [](const fs::path& place, char sign) {
+    return std::system(("chattr " + std::string(1, sign) + "i '" + place.string() + "' 2>/dev/null").c_str()) == 0;
+  };
+  if (!set_immutable(folder, '+') || !set_immutable(folder, '-')) GTEST_SKIP() << "no folder can be made immutable here";
+  for (const std::string name : {"points", "images"}) {
+    const fs::path place = folder / "out/x" / name;
+    const Outcome stopped = run_until(words, [&] {
+      if (!fs::exists(folder / "out/x/ledger/render.0002.json")) return false;
+      return set_immutable(place, '+');
+    }, 0);
+    EXPECT_TRUE(set_immutable(place, '-'));
+    EXPECT_EQ(stopped.exit, 5) << stopped.err;
+    EXPECT_EQ(stopped.complaints(), 1) << stopped.err;
+    EXPECT_NE(stopped.err.find("out/x/" + name), std::string::npos) << stopped.err;
+    run_well({"run", "x.toml", "--frames", "1-4"});
+    expect_no_dot_files();
+    fs::remove_all(folder / "out");
+  }
+}
+
 TEST_F(Strange, AShotOfTheUsersIsNotWrittenOver) {
   fs::create_directory(folder / "mine");
   write("mine/shot.toml", kSmallShot);
@@ -156,6 +196,27 @@ TEST_F(Strange, InfoKnowsEveryFileOfARun) {
     ++known;
   }
   EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 2);   // files and records of frames, movies and their records, states, shot.toml and run.json
+}
+
+TEST_F(Strange, InfoTakesNothingForARunThatIsNone) {
+  for (const std::string text : {"[]", "1", R"({"frames": 3})", R"({"frames": [1, 2]})", R"({"frames": [{"seconds": 3}]})", R"({"frames": [{"seconds": {"simulate": "x"}}]})"}) {
+    write("j.json", text);
+    expect_line(run({"info", "j.json"}), 2, "j.json: neither a run.json nor a record of a ledger");
+  }
+  write("j.json", R"({"frames": 1e999})");
+  expect_line(run({"info", "j.json"}), 2, "j.json: not a JSON document");
+}
+
+TEST_F(Strange, ARecordOfAnotherFrameIsNone) {
+  run_well({"run", "x.toml"});
+  const auto good = results();
+  const auto hashes = state_hashes("out/x");
+  for (const std::string stage : {"simulate", "render"}) write("out/x/ledger/" + stage + ".0001.json", text_of(folder / ("out/x/ledger/" + stage + ".0002.json")));
+  write("out/x/ledger/simulate.0000.json", "{}");
+  run_well({"run", "x.toml"});
+  EXPECT_TRUE(results() == good);
+  EXPECT_EQ(state_hashes("out/x"), hashes);
+  run_well({"diff", "out/x", "out/x"});
 }
 
 TEST_F(Strange, AShotWithAFileBesideItGoesOn) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fills a small disk (a tmpfs of its own) a bit later each time, so that every stage meets it, then makes room and goes on.
-#   tests/full_disk.sh PROGRAM [ROUNDS]     40 unless said; prints its verdict, exit 1 when it is bad, 77 where no disk can be mounted
+#   tests/full_disk.sh PROGRAM [ROUNDS]     40 unless said, and eight at the movies; prints its verdict, exit 1 when it is bad, 77 where no disk can be mounted
 # Each round must stop with exit code 5 and one line that names a file, leave no name that starts with a dot and nothing but whole
 # files, and end as the run that had room, to the byte, once there is room.
 set -euo pipefail
@@ -45,11 +45,14 @@ content() { (cd "$1" && find . -type f ! -path './ledger/*' ! -name run.json -ex
 "$program" run x.toml --preview --out straight --quiet
 content straight >straight.sums
 need=$(du -s --apparent-size -k straight | cut -f1)
+# [kB] what is there when the first movie is begun: pages of 4 kB, and two locks
+before_movies=$(find straight -type f ! -name '*.mp4' ! -name 'movie.json' ! -name 'preview.json' ! -name run.json -printf '%s\n' | awk '{sum += 4 * int(($1 + 4095) / 4096)} END {print sum + 8}')
 
 bad=0
 declare -A met=()
-for round in $(seq "$rounds"); do
+for round in $(seq $((rounds + 8))); do
   size=$((round * need / rounds + 16))
+  [ "$round" -le "$rounds" ] || size=$((before_movies + 4 * (round - rounds - 1)))   # the movies, their records and run.json
   mount -t tmpfs -o size="${size}k" tmpfs disk
   code=0 complaint=
   said=$("$program" run x.toml --preview --out disk/x --quiet 2>&1) || code=$?
@@ -79,10 +82,10 @@ for round in $(seq "$rounds"); do
   fi
   umount disk
 done
-printf '%s rounds of 16 to %s kB, %s bad; full at' "$rounds" "$((need + 16))" "$bad"
+printf '%s rounds of 16 to %s kB, %s bad; full at' "$((rounds + 8))" "$((need + 16))" "$bad"
 for what in "${!met[@]}"; do printf ' %s %s,' "$what" "${met[$what]}"; done
 echo
 [ "$bad" = 0 ] || exit 1
-for what in points surface images checkpoint ledger; do
+for what in points surface images checkpoint ledger preview movie; do
   [ -n "${met[$what]:-}" ] || [ "$rounds" -lt 20 ] || { echo "the disk was never full at $what"; exit 1; }
 done

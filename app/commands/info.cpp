@@ -84,10 +84,19 @@ Json shot_info(const fs::path& file) {
                     {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
 }
 
+/// What print_run stands on: a JSON document can be anybody's.
+bool is_run(const Json& content) {
+  const auto is_frame = [](const Json& frame) {
+    if (!frame.is_object() || !frame.contains("seconds") || !frame["seconds"].is_object()) return false;
+    return std::all_of(frame["seconds"].begin(), frame["seconds"].end(), [](const Json& spent) { return spent.is_number(); });
+  };
+  return content.is_object() && content.contains("frames") && content["frames"].is_array() && std::all_of(content["frames"].begin(), content["frames"].end(), is_frame);
+}
+
 // run.json or a record of the ledger: its own content under "run" or "record".
 Json document_info(const fs::path& file) {
   const Json content = read_document(file, kLargestDocument);
-  const bool run = content.is_object() && content.contains("frames");
+  const bool run = is_run(content);
   const bool record = content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
   if (!run && !record) base::throw_input(file.string(), "neither a run.json nor a record of a ledger");
   return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};

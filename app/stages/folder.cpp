@@ -25,7 +25,9 @@ std::optional<std::int64_t> frame_of(const std::string& name, std::string_view s
   static const std::regex form(R"(([a-z]+)\.([0-9]{4,9})(\.[a-z0-9]+))");
   std::smatch part;
   if (!std::regex_match(name, part, form) || part[1] != std::string(stem) || part[3] != std::string(extension)) return {};
-  return std::stoll(part[2]);
+  const std::int64_t frame = std::stoll(part[2]);
+  if (frame < 1) return {};
+  return frame;
 }
 
 // Files of one kind in a folder: images/beauty.0001.exr.

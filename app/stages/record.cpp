@@ -163,7 +163,9 @@ std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_
   std::error_code none;
   if (!fs::exists(path, none)) return {};
   try {
-    return record_from(read_document(path, kLargestRecord), stage);
+    Record record = record_from(read_document(path, kLargestRecord), stage);
+    if (record.frame == frame) return record;
+    return {};
   } catch (const std::exception&) {   // damaged or of another version: the frame is made again
     return {};
   }
@@ -171,7 +173,7 @@ std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_
 
 std::optional<Record> finished_record(const Folder& folder, std::int64_t dimension, Stage stage, std::int64_t frame, const std::string& hash) {
   std::optional<Record> record = read_record(folder, stage, frame);
-  if (!record || record->frame != frame || record->hash != hash) return {};
+  if (!record || record->hash != hash) return {};
   if (stage != Stage::simulate && record->version != kVersion) return {};
   const auto there = [&](const fs::path& output) {
     std::error_code failure;

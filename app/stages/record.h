@@ -47,7 +47,7 @@ void write_record(const Folder&, std::int64_t dimension, Record);
 std::optional<Record> finished_record(const Folder&, std::int64_t dimension, Stage, std::int64_t frame, const std::string& hash);
 /// Names of the record's files that have other bytes than it says, read to the last.
 std::vector<std::string> damaged_files(const Folder&, const Record&);
-/// The record as it stands, finished or not; empty when there is none that can be read.
+/// The record as it stands, finished or not; empty when there is none of this frame that can be read.
 std::optional<Record> read_record(const Folder&, Stage, std::int64_t frame);
 
 /// Content of run.json: all frames with a finished stage.
