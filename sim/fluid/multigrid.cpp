@@ -399,7 +399,8 @@ std::int64_t PoissonSolver<D>::bytes() const {
   std::size_t bytes = sizeof(double) * (s.x.capacity() + s.r.capacity() + s.p.capacity() + s.q.capacity() + s.b.capacity());
   for (const Level<D>& level : s.levels) {
     bytes += sizeof(float) * (level.x.capacity() + level.t.capacity() + level.b.capacity() + level.restricted.capacity());
-    bytes += sizeof(level.at[0]) * level.at.capacity() + level.tile.capacity() * (sizeof(level.tile[0]) + sizeof(level.neighbour[0]) + sizeof(void*));
+    bytes += level.tile.capacity() * (sizeof(level.tile[0]) + sizeof(level.neighbour[0]) + sizeof(void*) + 3 * sizeof(std::int64_t));
+    bytes += level.parents.capacity() * sizeof(level.parents[0]) + level.children.capacity() * sizeof(level.children[0]);
     for (const auto& k : level.coefficients) bytes += k ? sizeof *k : 0;
     bytes += level.masks.capacity() * sizeof(level.masks[0]) + level.pieces.capacity() * sizeof(Piece);
   }

@@ -44,26 +44,8 @@ void set_extent(Level<D>& level, const Cell<D>& cells) {
 }
 
 template <int D>
-std::size_t tile_count(const Level<D>& level) {
-  std::size_t n = 1;
-  for (int a = 0; a < D; ++a) n *= std::size_t(level.tiles_along[a]);
-  return n;
-}
-
-template <int D>
-std::size_t tile_index(const Level<D>& level, const Cell<D>& tile) {
-  std::size_t index = 0;
-  for (int a = 0; a < D; ++a) index = index * std::size_t(level.tiles_along[a]) + std::size_t(tile[a]);
-  return index;
-}
-
-template <int D>
-Cell<D> tile_at(const Level<D>& level, std::size_t index) {
-  Cell<D> tile;
-  for (int a = D - 1; a >= 0; --a) {
-    tile[a] = int(index % std::size_t(level.tiles_along[a]));
-    index /= std::size_t(level.tiles_along[a]);
-  }
+Cell<D> moved(Cell<D> tile, int number, int base) {   // to a place of a cube of base^D around it, number being row-major
+  for (int a = D - 1, rest = number; a >= 0; --a, rest /= base) tile[a] += rest % base - 1;
   return tile;
 }
 
@@ -72,21 +54,41 @@ void link_tiles(Level<D>& level) {
   level.neighbour.resize(level.tile.size());
   base::parallel_chunks(level.tile.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n)
-      for (int m = 0; m < kNeighbours<D>; ++m) {
-        Cell<D> near = level.tile[n];
-        bool inside = true;
-        for (int a = D - 1, rest = m; a >= 0; --a, rest /= 3) {
-          near[a] += rest % 3 - 1;
-          if (level.periodic[a]) near[a] = (near[a] + level.tiles_along[a]) % level.tiles_along[a];
-          inside = inside && near[a] >= 0 && near[a] < level.tiles_along[a];
-        }
-        level.neighbour[n][std::size_t(m)] = inside ? level.at[tile_index<D>(level, near)] : Level<D>::kSolid;
-      }
+      for (int m = 0; m < kNeighbours<D>; ++m) level.neighbour[n][std::size_t(m)] = level.number(moved<D>(level.tile[n], m, 3));
   });
   level.x.resize(level.size());
   level.t.resize(level.size());
   level.b.resize(level.size());
   level.restricted.resize(level.tile.size() * std::size_t(Level<D>::kCoarse));
+}
+
+template <int D>
+void set_tiles(Level<D>& level, std::vector<Cell<D>> tiles) {
+  level.tile = std::move(tiles);
+  std::vector<std::int64_t> keys(level.tile.size());
+  for (std::size_t n = 0; n < keys.size(); ++n) keys[n] = level.key(level.tile[n]);
+  level.numbers.build(keys);
+}
+
+/// Who restricts to whom.
+template <int D>
+void link_levels(Level<D>& fine, Level<D>& coarse) {
+  fine.parents.resize(fine.tile.size());
+  base::parallel_chunks(fine.tile.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      Cell<D> parent = fine.tile[n];
+      for (int& at : parent) at /= 2;
+      for (int m = 0; m < kNeighbours<D>; ++m) fine.parents[n][std::size_t(m)] = coarse.number(moved<D>(parent, m, 3));
+    }
+  });
+  coarse.children.resize(coarse.tile.size());
+  base::parallel_chunks(coarse.tile.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      Cell<D> first = coarse.tile[n];
+      for (int& at : first) at *= 2;
+      for (int m = 0; m < kChildren<D>; ++m) coarse.children[n][std::size_t(m)] = fine.number(moved<D>(first, m, 4));
+    }
+  });
 }
 
 /// Whether all is as in a plain tile with faces of `face`.
@@ -140,13 +142,13 @@ Children<D> children_of(const Level<D>& fine, const Cell<D>& coarse_tile) {
   Children<D> children;
   for (int c = 0; c < 1 << D; ++c) {
     Cell<D> tile;
-    bool inside = true;
+    bool inside = true;   // a periodic axis may end between the children
     for (int a = 0; a < D; ++a) {
       tile[a] = 2 * coarse_tile[a] + (c >> (D - 1 - a) & 1);
       inside = inside && tile[a] < fine.tiles_along[a];
     }
     Child<D>& child = children[std::size_t(c)];
-    if (inside) child.number = fine.at[tile_index<D>(fine, tile)];
+    if (inside) child.number = fine.number(tile);
     if (child.number >= 0) child.k = fine.coefficients[std::size_t(child.number)].get();
   }
   return children;
@@ -204,12 +206,11 @@ void coarsen_faces(const Children<D>& children, float plain, int extent, TileCoe
 
 /// Where interpolation finds solids on the coarser level it does not count them: weights are scaled to sum to 1.
 template <int D>
-void set_interpolation(const Level<D>& coarse, const Cell<D>& tile, TileCoefficients<D>& k) {
+void set_interpolation(const Level<D>& coarse, const Cell<D>& tile, const std::array<std::int32_t, kNeighbours<D>>& numbers, TileCoefficients<D>& k) {
   using T = Tile<D>;
   constexpr int H = Level<D>::kHalf;
   alignas(64) float there[Level<D>::kCoarse], weight[T::kCells];
   const Slots<D> slot = slots<D>(coarse, tile);
-  const auto numbers = around_parent<D>(coarse, tile);
   for (int p = 0; p < (D == 3 ? H : 1); ++p)
     for (int r = 0; r < H; ++r)
       for (int l = 0; l < H; ++l) {
@@ -234,13 +235,9 @@ Level<D> make_finest(const PoissonProblem<D>& problem, Level<D> level, std::vect
   set_extent<D>(level, problem.cells);
   level.periodic = problem.periodic;
   level.face = 1;
-  level.tile = problem.tiles;
-  level.at.resize(tile_count<D>(level));
-  base::parallel_chunks(level.at.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      level.at[i] = problem.elsewhere(tile_at<D>(level, i)) == PoissonCell::air ? Level<D>::kAir : Level<D>::kSolid;
-  });
-  for (std::size_t n = 0; n < level.tile.size(); ++n) level.at[tile_index<D>(level, level.tile[n])] = std::int32_t(n);
+  set_tiles<D>(level, problem.tiles);
+  level.emptied.clear();
+  level.elsewhere = [&problem](const Cell<D>& tile) { return problem.elsewhere(tile) == PoissonCell::air ? Level<D>::kAir : Level<D>::kSolid; };
   link_tiles(level);
   Spares<D> spares(std::move(level.coefficients));
   level.coefficients.clear();
@@ -280,16 +277,11 @@ Level<D> make_coarser(Level<D>& fine, Level<D> level) {
   set_extent<D>(level, cells);
   level.periodic = fine.periodic;
   level.face = fine.face * (1 << (D - 1)) / 2;
-  level.at.assign(tile_count<D>(level), Level<D>::kSolid);
-  std::vector<Cell<D>> candidates;
-  for (std::size_t i = 0; i < level.at.size(); ++i) {
-    bool any = false;
-    for (const Child<D>& child : children_of<D>(fine, tile_at<D>(level, i))) {
-      any = any || child.present();
-      if (child.number == Level<D>::kAir) level.at[i] = Level<D>::kAir;
-    }
-    if (any) candidates.push_back(tile_at<D>(level, i));
-  }
+  std::vector<Cell<D>> candidates = fine.tile;
+  for (Cell<D>& tile : candidates)
+    for (int& at : tile) at /= 2;
+  std::sort(candidates.begin(), candidates.end());
+  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
   Spares<D> spares(std::move(level.coefficients));
   std::vector<Coefficients<D>> made(candidates.size());
   std::vector<std::int64_t> unknowns(candidates.size());
@@ -310,24 +302,31 @@ Level<D> make_coarser(Level<D>& fine, Level<D> level) {
     unknowns[n] = finish(*k);
     made[n] = std::move(k);
   });
-  level.tile.clear(), level.coefficients.clear();
+  level.coefficients.clear(), level.emptied.clear();
   level.unknowns = 0;
+  std::vector<Cell<D>> tiles;
   for (std::size_t n = 0; n < candidates.size(); ++n) {
-    std::int32_t& at = level.at[tile_index<D>(level, candidates[n])];
     if (unknowns[n] == 0) {
       const auto& kind = made[n]->kind;
-      at = std::find(kind.begin(), kind.end(), PoissonCell::air) != kind.end() ? Level<D>::kAir : Level<D>::kSolid;
+      const bool has_air = std::find(kind.begin(), kind.end(), PoissonCell::air) != kind.end();
+      level.emptied.push_back({level.key(candidates[n]), has_air ? Level<D>::kAir : Level<D>::kSolid});
       continue;
     }
-    at = std::int32_t(level.tile.size());
     level.unknowns += unknowns[n];
-    level.tile.push_back(candidates[n]);
+    tiles.push_back(candidates[n]);
     level.coefficients.push_back(std::move(made[n]));
   }
+  set_tiles<D>(level, std::move(tiles));
+  level.elsewhere = [&fine](const Cell<D>& tile) {
+    for (const Child<D>& child : children_of<D>(fine, tile))
+      if (child.number == Level<D>::kAir) return Level<D>::kAir;
+    return Level<D>::kSolid;
+  };
   link_tiles(level);
+  link_levels(fine, level);
   base::parallel_chunks(fine.tile.size(), kTilesAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n)
-      if (fine.coefficients[n]) set_interpolation<D>(level, fine.tile[n], *fine.coefficients[n]);
+      if (fine.coefficients[n]) set_interpolation<D>(level, fine.tile[n], fine.parents[n], *fine.coefficients[n]);
   });
   return level;
 }

@@ -92,22 +92,4 @@ Slots<D> slots(const Level<D>& coarse, const Cell<D>& tile) {
   return out;
 }
 
-/// The coarse tiles around the parent of a fine tile: numbers, or Level::kSolid and kAir.
-template <int D>
-std::array<std::int32_t, kNeighbours<D>> around_parent(const Level<D>& coarse, const Cell<D>& fine_tile) {
-  std::array<std::int32_t, kNeighbours<D>> numbers;
-  for (int n = 0; n < kNeighbours<D>; ++n) {
-    std::size_t index = 0;
-    bool inside = true;
-    for (int a = 0, scale = kNeighbours<D> / 3; a < D; ++a, scale /= 3) {
-      int at = fine_tile[a] / 2 + n / scale % 3 - 1;
-      if (coarse.periodic[a]) at = (at + coarse.tiles_along[a]) % coarse.tiles_along[a];
-      inside = inside && at >= 0 && at < coarse.tiles_along[a];
-      index = index * std::size_t(coarse.tiles_along[a]) + std::size_t(inside ? at : 0);
-    }
-    numbers[std::size_t(n)] = inside ? coarse.at[index] : Level<D>::kSolid;
-  }
-  return numbers;
-}
-
 }  // namespace sim

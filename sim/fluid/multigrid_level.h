@@ -3,17 +3,22 @@
 // over them. Tiles whose cells are all unknown and whose faces are all open store no coefficients.
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
 #include "sim/fluid/poisson_tiles.h"
+#include "sim/transfer/blocks.h"
 
 namespace sim {
 
 template <int D>
 constexpr int kNeighbours = D == 2 ? 9 : 27;
+template <int D>
+constexpr int kChildren = D == 2 ? 16 : 64;   // fine tiles that reach into a coarse one
 
 /// Coefficients of a tile that is not plain. Cells that are not unknown have inverse_diagonal = interpolation = 0.
 template <int D>
@@ -42,9 +47,13 @@ struct Level {
 
   Cell<D> cells{}, tiles_along{}, last{};        // last: cells of the last tile along each axis
   std::array<bool, D> periodic{};
-  std::vector<std::int32_t> at;                  // of every tile of the domain: its number, kAir or kSolid
-  std::vector<Cell<D>> tile;
+  std::vector<Cell<D>> tile;                     // ascending
+  KeyTable numbers;                              // of their keys
+  std::vector<std::pair<std::int64_t, std::int32_t>> emptied;   // tiles that have finer ones but no unknown: key, and kAir or kSolid
+  std::function<std::int32_t(const Cell<D>&)> elsewhere;        // kAir or kSolid, of any other tile
   std::vector<std::array<std::int32_t, kNeighbours<D>>> neighbour;   // kAir or kSolid where there is none; axis 0 slowest
+  std::vector<std::array<std::int32_t, kNeighbours<D>>> parents;    // in the coarser level: the tiles around a tile's parent, likewise
+  std::vector<std::array<std::int32_t, kChildren<D>>> children;     // in the finer level: four along each axis, from the one before
   std::vector<std::unique_ptr<TileCoefficients<D>>> coefficients;   // null where plain
   float face = 1;                                // of plain tiles, and the scale of all
   std::int64_t unknowns = 0;
@@ -56,6 +65,13 @@ struct Level {
   std::vector<std::array<std::uint8_t, std::size_t(T::kCells)>> masks;
   std::vector<double> component_cells;           // of each closed component
 
+  /// The number of a tile, or kAir or kSolid. Wraps around.
+  std::int32_t number(Cell<D> at_tile) const;
+  std::int64_t key(const Cell<D>& at_tile) const {
+    std::int64_t k = 0;
+    for (int a = 0; a < D; ++a) k = k * tiles_along[a] + at_tile[a];
+    return k;
+  }
   std::size_t size() const { return tile.size() * std::size_t(T::kCells); }
   std::ptrdiff_t begin(std::int32_t number) const { return std::ptrdiff_t(number) * T::kCells; }
   float plain_inverse_diagonal() const { return 1 / (2 * D * face); }
@@ -63,6 +79,20 @@ struct Level {
   /// Cells of a tile along an axis, as its neighbours across a periodic side see them.
   int extent(const Cell<D>& of, int axis) const { return periodic[axis] && of[axis] == tiles_along[axis] - 1 ? last[axis] : T::kEdge; }
 };
+
+template <int D>
+std::int32_t Level<D>::number(Cell<D> at_tile) const {
+  bool inside = true;
+  for (int a = 0; a < D; ++a) {
+    if (periodic[a]) at_tile[a] = (at_tile[a] + tiles_along[a]) % tiles_along[a];
+    inside = inside && at_tile[a] >= 0 && at_tile[a] < tiles_along[a];
+  }
+  if (!inside) return elsewhere(at_tile);
+  const std::int64_t k = key(at_tile);
+  if (const std::int32_t found = numbers.find(k); found >= 0) return found;
+  const auto empty = std::lower_bound(emptied.begin(), emptied.end(), std::pair{k, std::int32_t(kSolid)});
+  return empty != emptied.end() && empty->first == k ? empty->second : elsewhere(at_tile);
+}
 
 template <int D>
 constexpr int neighbour_index(int axis, int side) {

@@ -5,11 +5,11 @@ namespace {
 
 /// The coarse values that a fine tile interpolates from; 0 where there is no tile.
 template <int D>
-void load_coarse(const Level<D>& coarse, const std::vector<float>& from, const Cell<D>& tile, float* __restrict buffer) {
+void load_coarse(const Level<D>& coarse, const std::vector<float>& from, const Cell<D>& tile,
+                 const std::array<std::int32_t, kNeighbours<D>>& numbers, float* __restrict buffer) {
   using T = Tile<D>;
   constexpr int E = T::kEdge, H = Level<D>::kHalf;
   const Slots<D> slot = slots<D>(coarse, tile);
-  const auto numbers = around_parent<D>(coarse, tile);
   const bool upper = tile[D - 1] % 2;
   for (int p = 0; p < (D == 3 ? H : 1); ++p)
     for (int r = 0; r < H; ++r) {
@@ -53,11 +53,11 @@ void add_child(const float* __restrict restricted, const std::array<int, D>& chi
 
 /// The same where a periodic side cuts a tile short: every slot is asked for its cell.
 template <int D>
-void add_child_across_short_side(const Level<D>& coarse, const Cell<D>& tile, const float* restricted, std::int32_t number, float* b) {
+void add_child_across_short_side(const Level<D>& coarse, const Cell<D>& tile, const std::array<std::int32_t, kNeighbours<D>>& numbers,
+                                 const float* restricted, std::int32_t number, float* b) {
   using T = Tile<D>;
   constexpr int H = Level<D>::kHalf;
   const Slots<D> slot = slots<D>(coarse, tile);
-  const auto numbers = around_parent<D>(coarse, tile);
   for (int p = 0; p < (D == 3 ? H : 1); ++p)
     for (int r = 0; r < H; ++r)
       for (int l = 0; l < H; ++l) {
@@ -138,34 +138,24 @@ void restrict_residual(Level<D>& level, const std::vector<float>& from) {
 template <int D>
 void gather_restricted(const Level<D>& fine, float omega, Level<D>& coarse) {
   using T = Tile<D>;
-  constexpr int kChildren = D == 3 ? 64 : 16;   // fine tiles that reach into a coarse one: 4 along each axis
   bool wraps_short = false;
   for (int a = 0; a < D; ++a) wraps_short = wraps_short || fine.wraps_short(a) || coarse.wraps_short(a);
   base::parallel_chunks(coarse.tile.size(), 1, [&](std::size_t n, std::size_t) {
     float* const b = coarse.b.data() + coarse.begin(std::int32_t(n));
     std::fill(b, b + T::kCells, 0.0f);
-    const Cell<D>& at = coarse.tile[n];
-    std::array<std::int32_t, std::size_t(kChildren)> done;
+    std::array<std::int32_t, kChildren<D>> done;
     int known = 0;
-    for (int c = 0; c < kChildren; ++c) {
-      std::array<int, D> child;
-      std::size_t index = 0;
-      bool inside = true;
-      for (int a = 0; a < D; ++a) {
-        child[std::size_t(a)] = c >> (2 * (D - 1 - a)) & 3;
-        int where = 2 * at[a] - 1 + child[std::size_t(a)];
-        if (fine.periodic[a]) where = (where + fine.tiles_along[a]) % fine.tiles_along[a];
-        inside = inside && where >= 0 && where < fine.tiles_along[a];
-        index = index * std::size_t(fine.tiles_along[a]) + std::size_t(inside ? where : 0);
-      }
-      const std::int32_t number = inside ? fine.at[index] : Level<D>::kSolid;
+    for (int c = 0; c < kChildren<D>; ++c) {
+      const std::int32_t number = coarse.children[n][std::size_t(c)];
       if (number < 0) continue;
+      std::array<int, D> child;
+      for (int a = 0; a < D; ++a) child[std::size_t(a)] = c >> (2 * (D - 1 - a)) & 3;
       const float* const from = fine.restricted.data() + std::size_t(number) * std::size_t(Level<D>::kCoarse);
       if (!wraps_short) {
         add_child<D>(from, child, b);
       } else if (std::find(done.begin(), done.begin() + known, number) == done.begin() + known) {
         done[std::size_t(known++)] = number;   // around a short axis the same tile may be met twice
-        add_child_across_short_side<D>(coarse, fine.tile[std::size_t(number)], from, std::int32_t(n), b);
+        add_child_across_short_side<D>(coarse, fine.tile[std::size_t(number)], fine.parents[std::size_t(number)], from, std::int32_t(n), b);
       }
     }
     float* const x = coarse.x.data() + coarse.begin(std::int32_t(n));
@@ -187,7 +177,7 @@ void add_interpolated(const Level<D>& coarse, const std::vector<float>& from, co
   base::parallel_chunks(fine.tile.size(), kTilesAtOnce, [&](std::size_t begin, std::size_t end) {
     alignas(64) float buffer[Level<D>::kCoarse], wide[T::kCells];
     for (std::size_t n = begin; n < end; ++n) {
-      load_coarse<D>(coarse, from, fine.tile[n], buffer);
+      load_coarse<D>(coarse, from, fine.tile[n], fine.parents[n], buffer);
       Interpolation<D>::widen(buffer, wide);
       float* const out = to.data() + fine.begin(std::int32_t(n));
       if (const TileCoefficients<D>* k = fine.coefficients[n].get())
