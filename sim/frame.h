@@ -1,6 +1,7 @@
 #pragma once
 // What a simulation hands on: the particles of one frame, and the sums that say whether physics was kept.
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/vec.h"
@@ -36,6 +37,9 @@ struct Totals {
   std::int64_t limited_modes = 0;         // coefficients scaled down by a carry that limits, since the frame before
   std::int64_t light_faces = 0;           // faces reached by particles but too light to have a velocity, since the frame before
   std::int64_t pressure_iterations = 0;   // since the frame before
+  std::int64_t pressure_fallbacks = 0;    // solves that went on with incomplete Cholesky, since the frame before
+  std::int64_t splitting_fallbacks = 0;   // steps that did not reflect because the energy rose, since the frame before
+  std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
 };
 
 }  // namespace sim

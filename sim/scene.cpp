@@ -20,7 +20,8 @@ constexpr std::array kKernelNames{"linear"sv, "quadratic"sv};
 constexpr std::array kSeedingNames{"jitter"sv, "regular"sv};
 constexpr std::array kPrecisionNames{"single"sv, "double"sv};
 constexpr std::array kSolverNames{"fluid"sv};
-constexpr std::array kSplittingNames{"lie"sv};
+constexpr std::array kSplittingNames{"lie"sv, "reflection"sv};
+constexpr std::array kAdvectionNames{"rk2"sv, "rk3"sv};
 constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
 constexpr std::array kSideNames{"slip"sv, "periodic"sv};
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
@@ -98,6 +99,8 @@ void check_transfer(const Options& o, base::Params& p) {
                           o.dimension == 2 ? " in two dimensions" : ""));
     p.require(o.modes.name != "quadratic" || !linear, "modes", "the set \"quadratic\" needs sim.kernel = \"quadratic\"");
   }
+  p.require(o.splitting != Splitting::reflection || o.carry != Carry::limited, "carry",
+            "must be fixed or hybrid with sim.splitting = \"reflection\": a flow that is limited everywhere gains energy there");
   if (o.carry == Carry::fixed) return;
   const bool bends = o.modes.name.empty() ? o.modes.count == 0 || o.modes.count > int_power(2, int(o.dimension)) : o.modes.name != "multilinear";
   p.require(polypic, "carry", "needs sim.transfer = \"polypic\": only modes that bend within a cell are limited, and no other transfer has any");
@@ -195,7 +198,11 @@ void Options::params(base::Params& p) {
     "49.75 cells at the speed of a fall through the domain");
   p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1));
   p.choice("precision", precision, kPrecisionNames, "floating point type of particles and grid");
-  p("splitting", splitting, "how advection and pressure alternate: lie is one projection a step", kSplittingNames);
+  p.choice("splitting", splitting, kSplittingNames,
+           "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
+  p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
+  p("volume_correction", volume_correction, "1", "part of the liquid's drift in volume that a step takes back by shifting particles; 0: none",
+    base::within(0, 1));
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
 

@@ -17,6 +17,10 @@ enum class Kernel { linear, quadratic };
 /// How coefficients reach the next step: as they are, scaled so that no mode gains energy, or that only beside light nodes.
 enum class Carry { fixed, limited, hybrid };
 enum class Seeding { jitter, regular };
+/// One projection a step, or two with a reflection between them.
+enum class Splitting { lie, reflection };
+/// How particles move in a step's field.
+enum class Advection { rk2, rk3 };
 enum class Precision { single_precision, double_precision };
 /// What is at a side of the domain: a wall along which the liquid slips, or the other side.
 enum class Side { slip, periodic };
@@ -83,7 +87,9 @@ struct Options {
   std::optional<double> flip_time;                             // [s]
   double pressure_tolerance = 1e-6;                            // [1] relative residual
   Precision precision = Precision::single_precision;
-  std::string splitting = "lie";                               // one projection a step
+  Splitting splitting = Splitting::lie;
+  Advection advection = Advection::rk2;
+  double volume_correction = 0.1;                              // [1] of the drift that a step takes back; 0: none
   Carry carry = Carry::fixed;
   bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);

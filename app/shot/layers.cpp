@@ -16,14 +16,27 @@ void for_each_node(Node& node, const Change& change) {
 }
 
 // What a rung sets. A shot that sets one of these keys is about that key.
-Node rung(const std::string& quality, const std::string& file) {
-  Node keys = quality == "draft" ? parse_toml(R"(
+std::string_view rung_text(const std::string& quality) {
+  if (quality == "draft") return R"(
 sim = { kernel = "linear", transfer = "apic" }
 render = { spp = 4 }
-)", file) : parse_toml(R"(
+)";
+  if (quality == "high") return R"(
+sim = { kernel = "linear", transfer = "polypic", modes = "full", splitting = "reflection" }
+render = { spp = 16 }
+)";
+  if (quality == "extreme") return R"(
+sim = { kernel = "quadratic", transfer = "polypic", modes = "full", splitting = "reflection", carry = "hybrid" }
+render = { spp = 16 }
+)";
+  return R"(
 sim = { kernel = "linear", transfer = "polypic", modes = "full" }
 render = { spp = 16 }
-)", file);
+)";
+}
+
+Node rung(const std::string& quality, const std::string& file) {
+  Node keys = parse_toml(rung_text(quality), file);
   for_each_node(keys, [&](Node& node) {
     node.origin = {.file = file, .under = {}};
     node.key_line = node.key_column = 0;
@@ -70,6 +83,9 @@ Node merged(const Layers& layers, const std::string& quality, bool with_sets) {
   Node root = rung(quality, layers.file);
   const Node* transfer = find(user, "sim", "transfer");
   if (transfer && transfer->text != "polypic") root.at("sim").remove("modes");
+  // The rung's carry is for the rung's modes.
+  for (const std::string_view key : {"transfer", "kernel", "modes"})
+    if (find(user, "sim", key)) root.at("sim").remove("carry");
   const Node* dimension = find(user, "sim", "dimension");
   if (dimension && dimension->integer == 2) root.remove("render");   // points are drawn: there are no samples
   overlay(root, user);

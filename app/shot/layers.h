@@ -11,7 +11,7 @@
 namespace app {
 
 /// Rungs of the ladder of accuracy that are built. What they set: rung() in layers.cpp.
-inline constexpr std::array<std::string_view, 2> kRungs{"draft", "normal"};
+inline constexpr std::array<std::string_view, 4> kRungs{"draft", "normal", "high", "extreme"};
 
 struct Layers {
   Node user;                  // the shot file without its [quality] tables, `--quality` applied

@@ -161,7 +161,7 @@ void Shot::params(base::Params& p) {
     q("up", up, "the direction that is up: z, or y in two dimensions", kUpNames);
     q("checkpoint_every", checkpoint_every, "1", "frames between two checkpoints of the simulation; one more at its end", base::within(1, 1e6));
     q("checkpoint_keep", checkpoint_keep, "1", "checkpoints that are kept, the latest ones", base::within(1, 1e6));
-    q("quality", quality, "rung of the ladder of accuracy: sets sim.transfer, kernel and modes, and render.spp", kRungs);
+    q("quality", quality, "rung of the ladder of accuracy: sets sim.transfer, kernel, modes, splitting and carry, and render.spp", kRungs);
   });
   scene.params(p);
   const bool flat = scene.options.dimension == 2;

@@ -39,7 +39,9 @@ constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"p
                                                                             {"dropped_modes", &sim::Totals::dropped_modes},
                                                                             {"limited_modes", &sim::Totals::limited_modes},
                                                                             {"light_faces", &sim::Totals::light_faces},
-                                                                            {"pressure_iterations", &sim::Totals::pressure_iterations}};
+                                                                            {"pressure_iterations", &sim::Totals::pressure_iterations},
+                                                                            {"pressure_fallbacks", &sim::Totals::pressure_fallbacks},
+                                                                            {"splitting_fallbacks", &sim::Totals::splitting_fallbacks}};
 
 // The sums of a frame under the names of run.json.
 void put_totals(const sim::Totals& totals, Json& out) {
@@ -54,6 +56,7 @@ void put_totals(const sim::Totals& totals, Json& out) {
   out["angular_momentum"] = array(totals.angular_momentum, "angular_momentum");
   put("max_speed", totals.max_speed);
   put("max_divergence", totals.max_divergence);
+  if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   out["state_hash"] = hex16(totals.state_hash);
 }
 
@@ -70,6 +73,7 @@ sim::Totals totals_from(const Json& json) {
   totals.angular_momentum = vector(json.at("angular_momentum"));
   totals.max_speed = json.at("max_speed");
   totals.max_divergence = json.at("max_divergence");
+  if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
   for (const auto& [name, count] : kCounters) totals.*count = json.at(name);
   return totals;

@@ -31,17 +31,51 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
 }  // namespace
 
 template <int D, class Real>
-void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
+void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
             const Solids<D>& solids, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
+  using V = Vec<D, Real>;
   base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
-      Site<D, Real> site{particles.cell[p], particles.offset[p]}, middle = site;
-      middle.move(Real(0.5) * cells * transfer.velocity_at(blocks, velocity, site));
-      keep_inside<D, Real>(middle, solids.lattice);
-      site.move(cells * transfer.velocity_at(blocks, velocity, middle));
+      Site<D, Real> site{particles.cell[p], particles.offset[p]};
+      const auto step_at = [&](const V& away) {
+        Site<D, Real> at = site;
+        at.move(away);
+        keep_inside<D, Real>(at, solids.lattice);
+        return V(cells * transfer.velocity_at(blocks, velocity, at));
+      };
+      const V first = cells * transfer.velocity_at(blocks, velocity, site), second = step_at(Real(0.5) * first);
+      if (method == Advection::rk2) site.move(second);
+      else site.move((Real(2) * first + Real(3) * second + Real(4) * step_at(Real(0.75) * second)) / Real(9));
       particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
+    }
+  });
+}
+
+template <int D, class Real>
+void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& displacement, const Solids<D>& solids,
+           Particles<D, Real>& particles) {
+  std::array<int, D> gradient;   // of each axis: the mode that is linear along it, or -1
+  for (int a = 0; a < D; ++a) {
+    ModeIndex<D> linear{};
+    linear[a] = 1;
+    const auto found = std::find(transfer.modes().begin(), transfer.modes().end(), linear);
+    gradient[a] = found == transfer.modes().end() ? -1 : int(found - transfer.modes().begin());
+  }
+  base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      Site<D, Real> site{particles.cell[p], particles.offset[p]};
+      const Vec<D, Real> by = transfer.velocity_at(blocks, displacement, site);
+      site.move(by);
+      keep_inside<D, Real>(site, solids.lattice);
+      particles.cell[p] = site.cell;
+      particles.offset[p] = site.offset;
+      for (int c = 0; c < D; ++c) {
+        const std::span<Real> v = particles.component(p, c);
+        for (int a = 0; a < D; ++a)
+          if (gradient[a] >= 0) v[0] += v[std::size_t(gradient[a])] * by[a];
+      }
     }
   });
 }
@@ -71,14 +105,18 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
   }, [](const Contacts& a, const Contacts& b) { return Contacts{a.pushed_out + b.pushed_out, a.dropped_modes + b.dropped_modes}; });
 }
 
-template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, const Solids<2>&,
+template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      Particles<2, float>&);
-template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, const Solids<2>&,
+template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, Particles<2, float>&);
+template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
                      Particles<2, double>&);
-template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, const Solids<3>&,
+template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, Particles<2, double>&);
+template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
                      Particles<3, float>&);
-template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, const Solids<3>&,
+template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, Particles<3, float>&);
+template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
                      Particles<3, double>&);
+template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);
 template Contacts push_out<3, float>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, float>&);

@@ -5,11 +5,16 @@
 
 namespace sim {
 
-/// Explicit midpoint (RK2) over dt [s]: x += dt v(x + dt/2 v(x)). Who leaves through a periodic side comes in at the other; who leaves
+/// Explicit motion over dt [s] in a field that stands still: the midpoint rule, x += dt v(x + dt/2 v(x)), or three stages of third order
+/// [Ralston62]. Who leaves through a periodic side comes in at the other; who leaves
 /// through a wall is push_out's.
 template <int D, class Real>
-void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, const Solids<D>&,
+void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, Advection, const Solids<D>&,
             Particles<D, Real>&);
+
+/// Moves particles by a displacement [cells] that is no motion: velocities become the polynomials' at the new places, c_1 += C . shift.
+template <int D, class Real>
+void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&, Particles<D, Real>&);
 
 struct Contacts {
   std::int64_t pushed_out = 0;      // particles that had to be moved

@@ -4,12 +4,14 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
+#include "sim/fluid/energy_watch.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
 #include "sim/random.h"
@@ -58,7 +60,7 @@ class Liquid final : public Simulation {
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
     step_.clear_counts();
-    substeps_ = 0;
+    substeps_ = 0, splitting_fallbacks_ = 0;
     for (double left = 1 / fps_; left > 0;) {
       if (interrupted && interrupted()) return false;
       left -= step(left, ledger);
@@ -75,11 +77,44 @@ class Liquid final : public Simulation {
  private:
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
 
-  /// One step of at most `left` [s]; returns its length. A projection that would carry a face's velocity more than twice as far as cfl
-  /// allows (an impact that the guess could not know of) is done again over half the time.
+  /// One step of at most `left` [s]; returns its length.
   double step(double left, base::Ledger& ledger) {
+    const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects();
     step_.scatter(particles_, ledger);
     double dt = first_guess(left);
+    if (reflects) {
+      const double half = project(dt / 2, ledger);
+      step_.gather_reflected(gather_rule(half), particles_, ledger);
+      step_.move(half, particles_, ledger);
+      step_.scatter(particles_, ledger);
+      const double rest = project(dt / 2 < half ? dt / 2 : half, ledger);
+      dt = half == dt / 2 && rest == half ? dt : half + rest;
+      finish(rest, ledger);
+    } else {
+      dt = project(dt, ledger);
+      finish(dt, ledger);
+    }
+    ++substeps_;
+    if (options_.splitting == Splitting::reflection) {
+      watch_.see(energy());
+      splitting_fallbacks_ += !reflects;
+    }
+    return dt >= left ? left : dt;
+  }
+
+  /// The last projection's field to the particles, and their motion.
+  void finish(double dt, base::Ledger& ledger) {
+    if (step_.has_surface()) {
+      drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
+      if (options_.volume_correction > 0) step_.correct_volume(-options_.volume_correction * std::clamp(*drift_, -kMostDrift, kMostDrift), ledger);
+    }
+    step_.gather(gather_rule(dt), particles_, ledger);
+    step_.move(dt, particles_, ledger);
+  }
+
+  /// Projects over dt, or less: a projection that would carry a face's velocity more than twice as far as cfl allows (an impact that the
+  /// guess could not know of) is done again over half the time. Returns the time.
+  double project(double dt, base::Ledger& ledger) {
     while (step_.project(dt, gravity_, ledger) * dt > 2 * options_.cfl * options_.cell) {
       dt /= 2;
       if (dt < kShortestStep / fps_)
@@ -87,10 +122,17 @@ class Liquid final : public Simulation {
                            .message = fmt::format("pressure: frame {}: a velocity would cross more than {:.3g} cells in {:.1g} of a frame",
                                                   frame_ + 1, 2 * options_.cfl, kShortestStep)});
     }
-    step_.gather(gather_rule(dt), particles_, ledger);
-    step_.move(dt, particles_, ledger);
-    ++substeps_;
-    return dt >= left ? left : dt;
+    return dt;
+  }
+
+  /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake.
+  double energy() const {
+    const auto sums = step_.transfer().sums(particles_, options_.cell);
+    const double mass = particles_.mass * double(particles_.size());
+    double mean = 0;
+    for (int a = 0; a < D; ++a)
+      if (options_.periodic(a)) mean += sums.linear_momentum[a] * sums.linear_momentum[a] / (2 * mass);
+    return sums.kinetic_energy - mean + potential_energy();
   }
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
@@ -117,9 +159,11 @@ class Liquid final : public Simulation {
     }, [](double a, double b) { return std::max(a, b); });
   }
 
+  double potential_energy() const;
   std::uint64_t state_hash() const;
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
+  static constexpr double kMostDrift = 0.05;      // [1] that a step answers to: a splash may look much larger than it is
   Options options_;
   double fps_;
   base::Vec3 gravity_;
@@ -127,7 +171,9 @@ class Liquid final : public Simulation {
   Particles<D, Real> particles_;
   FluidStep<D, Real> step_;
   double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
-  std::int64_t frame_ = 1, substeps_ = 0;
+  EnergyWatch watch_;                 // used where the splitting reflects
+  std::optional<double> drift_;       // [1] of volume, at the last step
+  std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0;
 };
 
 template <int D, class Real>
@@ -163,6 +209,9 @@ Totals Liquid<D, Real>::totals() const {
   t.limited_modes = counts.limited_modes;
   t.light_faces = counts.light_faces;
   t.pressure_iterations = counts.pressure_iterations;
+  t.pressure_fallbacks = counts.pressure_fallbacks;
+  t.splitting_fallbacks = splitting_fallbacks_;
+  t.volume_drift = drift_;
   t.max_divergence = counts.max_divergence;
   const std::size_t n = particles_.size();
   t.time = double(frame_ - 1) / fps_;
@@ -173,17 +222,23 @@ Totals Liquid<D, Real>::totals() const {
   t.kinetic_energy = sums.kinetic_energy;
   t.linear_momentum = sums.linear_momentum;
   t.angular_momentum = sums.angular_momentum;
+  t.potential_energy = potential_energy();
+  t.max_speed = max_speed();
+  t.state_hash = state_hash();
+  return t;
+}
+
+/// From the domain's floor; without the part along periodic axes, which have none.
+template <int D, class Real>
+double Liquid<D, Real>::potential_energy() const {
   base::Vec3 downhill = gravity_;
   for (int a = 0; a < D; ++a)
     if (options_.periodic(a)) downhill[a] = 0;
-  t.potential_energy = -particles_.mass * base::ordered_reduce(n, 16384, 0.0, [&](std::size_t begin, std::size_t end) {
+  return -particles_.mass * base::ordered_reduce(particles_.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
     double sum = 0;
     for (std::size_t p = begin; p < end; ++p) sum += options_.cell * downhill.head<D>().dot(particles_.place(p));
     return sum;
   }, [](double a, double b) { return a + b; });
-  t.max_speed = max_speed();
-  t.state_hash = state_hash();
-  return t;
 }
 
 template <int D, class Real>
@@ -195,6 +250,8 @@ State Liquid<D, Real>::state() const {
   s.columns.push_back(make_column<Real>("offset", particles_.offset, D));
   s.columns.push_back(make_column<Real>("coefficients", particles_.coefficients, std::int64_t(particles_.row())));
   s.columns.push_back(make_column<std::int64_t>("id", particles_.id, 1));
+  if (options_.splitting == Splitting::reflection)
+    s.columns.push_back(make_column<double>("energy_watch", std::vector<std::array<double, 3>>{watch_.state()}, 3));
   return s;
 }
 
@@ -204,15 +261,19 @@ void Liquid<D, Real>::restore(const State& s) {
   Particles<D, Real> p;
   p.modes = particles_.modes, p.mass = particles_.mass;
   const std::int64_t n = id ? id->rows : 0;
-  const bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, p.id) && read_column<std::int32_t>(s, "cell", n, D, p.cell) &&
+  std::vector<std::array<double, 3>> watch;
+  const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 3, watch);
+  const bool fits = watched && s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, p.id) && read_column<std::int32_t>(s, "cell", n, D, p.cell) &&
                     read_column<Real>(s, "offset", n, D, p.offset) &&
                     read_column<Real>(s, "coefficients", n, std::int64_t(p.row()), p.coefficients) &&
                     std::all_of(p.cell.begin(), p.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
+  if (!watch.empty()) watch_.restore(watch.front());
   frame_ = s.frame;
   step_.clear_counts();
-  substeps_ = 0;
+  substeps_ = 0, splitting_fallbacks_ = 0;
+  drift_.reset();
 }
 
 /// A hash of each particle's id, place and coefficients, summed: the order of storage does not matter.

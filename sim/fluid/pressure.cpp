@@ -72,8 +72,8 @@ class TileEquations {
  public:
   using T = Tile<D>;
   using P = TilePlaces<D>;
-  TileEquations(const FaceField<D, Real>& velocity, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
-      : velocity_(velocity), cells_(cells), blocks_(blocks) {}
+  TileEquations(const FaceField<D, Real>& velocity, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
+      : velocity_(velocity), source_(source), cells_(cells), blocks_(blocks) {}
 
   void fill(const Cell<D>& tile, PoissonTile<D>& to) {
     places_.load(tile, blocks_);
@@ -88,7 +88,7 @@ class TileEquations {
           for (int a = 0; a < D; ++a) inside = inside && tile[a] * T::kEdge + local[std::size_t(a + 3 - D)] < lattice.cells[a];
           const auto i = std::size_t(T::cell(p, r, l));
           to.kind[i] = !inside || kind == CellKind::solid ? PoissonCell::solid : kind == CellKind::liquid ? PoissonCell::unknown : PoissonCell::air;
-          to.extra[i] = 0, to.rhs[i] = 0;
+          to.extra[i] = 0, to.rhs[i] = source_;
         }
     faces<D - 1>(to);
     faces<D - 2>(to);
@@ -128,6 +128,7 @@ class TileEquations {
   }
 
   const FaceField<D, Real>& velocity_;
+  double source_;
   const LiquidCells<D>& cells_;
   const ActiveBlocks<D>& blocks_;
   P places_;
@@ -218,6 +219,17 @@ void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const
   });
 }
 
+template <int D>
+bool has_cut_face(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  for (int a = 0; a < D; ++a)
+    for (const int side : {0, 1}) {
+      const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
+      const float w = face < 0 ? 1 : cells.open(a, std::size_t(face));
+      if (w > 0 && w < 1) return true;
+    }
+  return false;
+}
+
 /// Largest net outflow of a liquid cell [m/s].
 template <int D, class Real>
 double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
@@ -241,9 +253,52 @@ double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells,
 }  // namespace
 
 template <int D>
+double liquid_volume(const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, 0.0, [&](std::size_t begin, std::size_t end) {
+    double volume = 0;
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (cells.kind[i] != CellKind::liquid) continue;
+      double open = 0, excess = 0, slopes = 0;
+      for (int a = 0; a < D; ++a)
+        for (const int side : {0, 1}) {
+          const std::ptrdiff_t j = blocks.neighbour(i, a, side), face = side ? j : std::ptrdiff_t(i);
+          const double w = face < 0 ? 1 : double(cells.open(a, std::size_t(face)));
+          open += w / (2 * D);
+          if (w == 0 || j < 0 || cells.distance.empty() || cells.kind[std::size_t(j)] != CellKind::air) continue;
+          const double slope = double(cells.distance[std::size_t(j)]) - double(cells.distance[i]);
+          excess += (theta(cells.distance[i], cells.distance[std::size_t(j)]) - 0.5) * slope * slope;
+          slopes += slope * slope;
+        }
+      // Walls cut no cell: only where a face is cut is part of the cell covered.
+      const bool is_cut = !cells.open.is_open(i / per_block) && has_cut_face(i, cells, blocks);
+      volume += (is_cut ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
+    }
+    return volume;
+  }, [](double s, double t) { return s + t; });
+}
+
+template <int D>
 template <class Real>
 PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, double tolerance,
                                       FaceMask<D>& valid) {
+  PressureReport report = solve(velocity, 0, cells, blocks, tolerance, valid);
+  report.max_divergence = largest_outflow<D, Real>(velocity, cells, blocks);
+  return report;
+}
+
+template <int D>
+template <class Real>
+PressureReport Projection<D>::displace(FaceField<D, Real>& displacement, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks,
+                                       double tolerance, FaceMask<D>& valid) {
+  for (auto& component : displacement) component.assign(blocks.size(), Real(0));
+  return solve(displacement, source, cells, blocks, tolerance, valid);
+}
+
+template <int D>
+template <class Real>
+PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks,
+                                    double tolerance, FaceMask<D>& valid) {
   using T = Tile<D>;
   hold_solids<D, Real>(velocity, cells, blocks, valid);
   PoissonProblem<D> problem;
@@ -252,7 +307,7 @@ PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const Liquid
   PressureReport report;
   if (problem.tiles.empty()) return report;
   problem.elsewhere = [&](const Cell<D>& tile) { return tile_without_liquid<D>(tile, cells.kind, blocks); };
-  problem.fill = [&](const Cell<D>& tile, PoissonTile<D>& to) { TileEquations<D, Real>(velocity, cells, blocks).fill(tile, to); };
+  problem.fill = [&](const Cell<D>& tile, PoissonTile<D>& to) { TileEquations<D, Real>(velocity, source, cells, blocks).fill(tile, to); };
 
   const PoissonReport solved = solver_.solve(problem, tolerance);
   report.unknowns = solved.unknowns;
@@ -287,15 +342,20 @@ PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const Liquid
     }
   });
   subtract_gradient<D, Real>(velocity, cells, pressure_, blocks);
-  report.max_divergence = largest_outflow<D, Real>(velocity, cells, blocks);
   return report;
 }
 
 template class Projection<2>;
 template class Projection<3>;
+template double liquid_volume(const LiquidCells<2>&, const ActiveBlocks<2>&);
+template double liquid_volume(const LiquidCells<3>&, const ActiveBlocks<3>&);
 template PressureReport Projection<2>::project(FaceField<2, float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<2>::displace(FaceField<2, float>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<2>::project(FaceField<2, double>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<2>::displace(FaceField<2, double>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<3>::project(FaceField<3, float>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport Projection<3>::displace(FaceField<3, float>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 template PressureReport Projection<3>::project(FaceField<3, double>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport Projection<3>::displace(FaceField<3, double>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 
 }  // namespace sim

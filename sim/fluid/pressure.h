@@ -27,7 +27,7 @@ struct PressureReport {
 template <int D>
 struct LiquidCells {
   std::vector<CellKind> kind;
-  std::vector<float> distance;       // [cells] as of SurfaceDistance
+  std::vector<float> distance;       // [cells] as of surface_distance
   OpenFaces<D> open;
 };
 
@@ -38,11 +38,23 @@ class Projection {
   /// constant. Throws base::Error (unstable) when the residual does not fall below `tolerance`.
   template <class Real>
   PressureReport project(FaceField<D, Real>& velocity, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>& valid);
+  /// The smallest displacement of faces [cells] whose outflow from every liquid cell is `source` [1]; in pockets, less its mean.
+  template <class Real>
+  PressureReport displace(FaceField<D, Real>& displacement, double source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance,
+                          FaceMask<D>& valid);
 
  private:
+  template <class Real>
+  PressureReport solve(FaceField<D, Real>&, double source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>&);
+
   PoissonSolver<D> solver_;
   std::vector<double> pressure_;     // p dt / (rho h) [m/s]: neither density nor time step matters
 };
+
+/// What the liquid fills [cells]: its cells, less or more where the surface is nearer or farther than the face to the air. Where there are
+/// several such faces each counts by the square of the distance's slope across it. Parts of cells that colliders cover do not count.
+template <int D>
+double liquid_volume(const LiquidCells<D>&, const ActiveBlocks<D>&);
 
 inline constexpr std::int64_t kDirectUnknowns = 1500;
 

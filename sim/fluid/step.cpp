@@ -19,8 +19,7 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
 template <int D, class Real>
 FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface)
     : options_(options), solids_(solids), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
-      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)),
-      surface_(int(std::lround(std::pow(double(options.particles_per_cell), 1.0 / D)))) {}
+      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {}
 
 template <int D, class Real>
 int FluidStep<D, Real>::layers() const {
@@ -44,9 +43,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
     cells_.open.update(solids_, blocks_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
-    if (free_surface_) {
-      surface_.update(ranges_, particles, cells_.kind, blocks_, cells_.distance);
-    }
+    if (free_surface_) cells_.distance = surface_distance<D>(ranges_, cells_.kind, blocks_, double(options_.particles_per_cell));
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
@@ -124,9 +121,15 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   const bool limits = options_.carry != Carry::fixed;
   ranges_ = {};
   if (limits) departure_ = {particles.cell, particles.offset};
+  if (displaces_) {
+    // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
+    const auto pass = ledger.pass("volume", bytes_of(particles));
+    displaces_ = false;
+    shift(transfer_, blocks_, displacement_, solids_, particles);
+  }
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    advect(transfer_, blocks_, grid_.velocity, dt, solids_, particles);
+    advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, particles);
   }
   if (solids_.any()) {
     const auto pass = ledger.pass("collide", bytes_of(particles));
@@ -137,6 +140,15 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (!limits) return;
   const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
   counts_.limited_modes += transfer_.limit(blocks_, departure_, grid_.mass, options_.carry, particles);
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::correct_volume(double growth, base::Ledger& ledger) {
+  constexpr double kTolerance = 1e-2;
+  const auto pass = ledger.pass("volume", 2 * grid_bytes());
+  projection_.displace(displacement_, growth, cells_, blocks_, kTolerance, displaced_);
+  extrapolate(displacement_, displaced_, blocks_, 3);
+  displaces_ = true;
 }
 
 template <int D, class Real>

@@ -36,7 +36,12 @@ class FluidStep {
   void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   /// G2P of the field reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
   void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
+  /// Motion; and, where `correct_volume` found a displacement since `scatter`, a shift by it, which changes place but not the flow.
   void move(double dt, Particles<D, Real>&, base::Ledger&);
+  /// What the liquid fills, by its surface at the last `scatter` [cells].
+  double volume() const { return liquid_volume<D>(cells_, blocks_); }
+  /// A displacement that makes all liquid cells grow by `growth` [1] of their volume.
+  void correct_volume(double growth, base::Ledger&);
 
   /// The field of the last projection [m/s], on `blocks`; after `gather` reaching into the air.
   const FaceField<D, Real>& velocity() const { return grid_.velocity; }
@@ -46,6 +51,7 @@ class FluidStep {
   const MacTransfer<D, Real>& transfer() const { return transfer_; }
   const StepCounts& counts() const { return counts_; }
   void clear_counts() { counts_ = {}; }
+  bool has_surface() const { return free_surface_; }
 
  private:
   /// Cells that a particle may cross in a step, rounded up, and a margin for the kernel: how deep the field must reach into the air.
@@ -60,7 +66,6 @@ class FluidStep {
   CanonicalOrder<D, Real> order_;
   CellRanges ranges_;                 // of the particles as `scatter` sorted them; none once they have moved
   LiquidCells<D> cells_;
-  SurfaceDistance<D, Real> surface_;
   Projection<D> projection_;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
@@ -68,6 +73,9 @@ class FluidStep {
   Vec<D, Real> force_ = Vec<D, Real>::Zero();   // [m/s] what forces added to it
   FaceMask<D> valid_;
   Departure<D, Real> departure_;      // empty unless the carry limits
+  FaceField<D, Real> displacement_;   // [cells] of the volume correction
+  FaceMask<D> displaced_;
+  bool displaces_ = false;
   StepCounts counts_;
 };
 

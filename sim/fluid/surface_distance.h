@@ -3,29 +3,18 @@
 #include <vector>
 
 #include "sim/fluid/cells.h"
-#include "sim/transfer/particles.h"
 
 namespace sim {
 
-/// Signed distance [cells] from the surface, below 0 in liquid cells and above 0 in air; right to a fraction of a cell where a liquid and an
-/// air cell meet, of the right sign everywhere, 0 in solid cells. From distances to the nearest particle less the one that makes the surface
-/// of regularly seeded particles lie where they end, averaged with weights 1, 2, 1 along every axis over cells that are not solid: a level
-/// surface stays level beside walls too. A liquid cell that the average puts outside (a drop) is as near to the surface as can be.
-template <int D, class Real>
-class SurfaceDistance {
- public:
-  /// `particles_along`: how many a full cell has along an edge.
-  explicit SurfaceDistance(int particles_along);
-  void update(const CellRanges&, const Particles<D, Real>&, const std::vector<CellKind>&, const ActiveBlocks<D>&, std::vector<float>& distance);
-  /// [cells] from a particle in the topmost layer of still liquid to the surface, as this measures it.
-  double radius() const { return radius_; }
+/// Signed distance [cells] from the surface, below 0 in liquid cells and above 0 in air, where a liquid and an air cell meet; elsewhere -1
+/// and 1, and 0 in solid cells. The surface is where cells are half full: of their particles over `full`, averaged with weights 1, 2, 1
+/// along every axis over cells that are not solid. So level liquid stays level, beside walls too, however its particles lie, and at any
+/// height its surface is right to 0.04 cells. A liquid cell that the average puts outside (a drop, a thin sheet) stays liquid, as near to
+/// the surface as can be.
+template <int D>
+std::vector<float> surface_distance(const CellRanges&, const std::vector<CellKind>&, const ActiveBlocks<D>&, double full);
 
- private:
-  double radius_;
-  std::vector<float> nearest_;
-};
-
-/// Distance from the middle of liquid cell to the surface, along the axis towards an air cell [cells]: at least kLeastTheta of them.
+/// From the middle of a liquid cell to the surface, over the way to that of the air cell beside it: at least kLeastTheta.
 inline double theta(float liquid, float air) {
   constexpr double kLeastTheta = 1e-2;
   const double t = double(liquid) / (double(liquid) - double(air));
