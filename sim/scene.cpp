@@ -201,7 +201,7 @@ void Options::params(base::Params& p) {
   p.choice("splitting", splitting, kSplittingNames,
            "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
   p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
-  p("volume_correction", volume_correction, "1", "part of the liquid's drift in volume that a step takes back by shifting particles; 0: none",
+  p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none",
     base::within(0, 1));
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");

@@ -89,7 +89,7 @@ struct Options {
   Precision precision = Precision::single_precision;
   Splitting splitting = Splitting::lie;
   Advection advection = Advection::rk2;
-  double volume_correction = 0.1;                              // [1] of the drift that a step takes back; 0: none
+  double volume_correction = 0.1;                              // [1] of its liquid's change in density that a step takes back; 0: none
   Carry carry = Carry::fixed;
   bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);

@@ -106,7 +106,7 @@ class Liquid final : public Simulation {
   void finish(double dt, base::Ledger& ledger) {
     if (step_.has_surface()) {
       drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
-      if (options_.volume_correction > 0) step_.correct_volume(-options_.volume_correction * std::clamp(*drift_, -kMostDrift, kMostDrift), ledger);
+      if (options_.volume_correction > 0) step_.correct_volume(options_.volume_correction, ledger);
     }
     step_.gather(gather_rule(dt), particles_, ledger);
     step_.move(dt, particles_, ledger);
@@ -163,7 +163,6 @@ class Liquid final : public Simulation {
   std::uint64_t state_hash() const;
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
-  static constexpr double kMostDrift = 0.05;      // [1] that a step answers to: a splash may look much larger than it is
   Options options_;
   double fps_;
   base::Vec3 gravity_;

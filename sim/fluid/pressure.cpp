@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "sim/fluid/surface_distance.h"
 
 namespace sim {
 namespace {
@@ -72,7 +71,7 @@ class TileEquations {
  public:
   using T = Tile<D>;
   using P = TilePlaces<D>;
-  TileEquations(const FaceField<D, Real>& velocity, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
+  TileEquations(const FaceField<D, Real>& velocity, const std::vector<float>* source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
       : velocity_(velocity), source_(source), cells_(cells), blocks_(blocks) {}
 
   void fill(const Cell<D>& tile, PoissonTile<D>& to) {
@@ -88,7 +87,8 @@ class TileEquations {
           for (int a = 0; a < D; ++a) inside = inside && tile[a] * T::kEdge + local[std::size_t(a + 3 - D)] < lattice.cells[a];
           const auto i = std::size_t(T::cell(p, r, l));
           to.kind[i] = !inside || kind == CellKind::solid ? PoissonCell::solid : kind == CellKind::liquid ? PoissonCell::unknown : PoissonCell::air;
-          to.extra[i] = 0, to.rhs[i] = source_;
+          to.extra[i] = 0;
+          to.rhs[i] = source_ && kind == CellKind::liquid ? double((*source_)[std::size_t(places_.index[std::size_t(P::at(p, r, l))])]) : 0;
         }
     faces<D - 1>(to);
     faces<D - 2>(to);
@@ -128,7 +128,7 @@ class TileEquations {
   }
 
   const FaceField<D, Real>& velocity_;
-  double source_;
+  const std::vector<float>* source_;   // or null: 0
   const LiquidCells<D>& cells_;
   const ActiveBlocks<D>& blocks_;
   P places_;
@@ -282,23 +282,23 @@ template <int D>
 template <class Real>
 PressureReport Projection<D>::project(FaceField<D, Real>& velocity, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, double tolerance,
                                       FaceMask<D>& valid) {
-  PressureReport report = solve(velocity, 0, cells, blocks, tolerance, valid);
+  PressureReport report = solve(velocity, nullptr, cells, blocks, tolerance, valid);
   report.max_divergence = largest_outflow<D, Real>(velocity, cells, blocks);
   return report;
 }
 
 template <int D>
 template <class Real>
-PressureReport Projection<D>::displace(FaceField<D, Real>& displacement, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks,
-                                       double tolerance, FaceMask<D>& valid) {
+PressureReport Projection<D>::displace(FaceField<D, Real>& displacement, const std::vector<float>& source, const LiquidCells<D>& cells,
+                                       const ActiveBlocks<D>& blocks, double tolerance, FaceMask<D>& valid) {
   for (auto& component : displacement) component.assign(blocks.size(), Real(0));
-  return solve(displacement, source, cells, blocks, tolerance, valid);
+  return solve(displacement, &source, cells, blocks, tolerance, valid);
 }
 
 template <int D>
 template <class Real>
-PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, double source, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks,
-                                    double tolerance, FaceMask<D>& valid) {
+PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vector<float>* source, const LiquidCells<D>& cells,
+                                    const ActiveBlocks<D>& blocks, double tolerance, FaceMask<D>& valid) {
   using T = Tile<D>;
   hold_solids<D, Real>(velocity, cells, blocks, valid);
   PoissonProblem<D> problem;
@@ -350,12 +350,12 @@ template class Projection<3>;
 template double liquid_volume(const LiquidCells<2>&, const ActiveBlocks<2>&);
 template double liquid_volume(const LiquidCells<3>&, const ActiveBlocks<3>&);
 template PressureReport Projection<2>::project(FaceField<2, float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
-template PressureReport Projection<2>::displace(FaceField<2, float>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<2>::displace(FaceField<2, float>&, const std::vector<float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<2>::project(FaceField<2, double>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
-template PressureReport Projection<2>::displace(FaceField<2, double>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
+template PressureReport Projection<2>::displace(FaceField<2, double>&, const std::vector<float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<3>::project(FaceField<3, float>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
-template PressureReport Projection<3>::displace(FaceField<3, float>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport Projection<3>::displace(FaceField<3, float>&, const std::vector<float>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 template PressureReport Projection<3>::project(FaceField<3, double>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
-template PressureReport Projection<3>::displace(FaceField<3, double>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
+template PressureReport Projection<3>::displace(FaceField<3, double>&, const std::vector<float>&, const LiquidCells<3>&, const ActiveBlocks<3>&, double, FaceMask<3>&);
 
 }  // namespace sim

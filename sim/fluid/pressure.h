@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/fluid/cells.h"
 #include "sim/fluid/extrapolate.h"
 #include "sim/fluid/multigrid.h"
+#include "sim/fluid/surface_distance.h"
 #include "sim/transfer/mac_transfer.h"
 
 namespace sim {
@@ -23,14 +23,6 @@ struct PressureReport {
   bool fell_back = false;            // to incomplete Cholesky
 };
 
-/// What a projection is about: cells, the surface between them (empty: halfway to air, that is at its cells' middles), and open faces.
-template <int D>
-struct LiquidCells {
-  std::vector<CellKind> kind;
-  std::vector<float> distance;       // [cells] as of surface_distance
-  OpenFaces<D> open;
-};
-
 template <int D>
 class Projection {
  public:
@@ -38,14 +30,14 @@ class Projection {
   /// constant. Throws base::Error (unstable) when the residual does not fall below `tolerance`.
   template <class Real>
   PressureReport project(FaceField<D, Real>& velocity, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>& valid);
-  /// The smallest displacement of faces [cells] whose outflow from every liquid cell is `source` [1]; in pockets, less its mean.
+  /// The smallest displacement of faces [cells] whose outflow from every liquid cell is `source` [1], by index; in pockets, less its mean.
   template <class Real>
-  PressureReport displace(FaceField<D, Real>& displacement, double source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance,
+  PressureReport displace(FaceField<D, Real>& displacement, const std::vector<float>& source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance,
                           FaceMask<D>& valid);
 
  private:
   template <class Real>
-  PressureReport solve(FaceField<D, Real>&, double source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>&);
+  PressureReport solve(FaceField<D, Real>&, const std::vector<float>* source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance, FaceMask<D>&);
 
   PoissonSolver<D> solver_;
   std::vector<double> pressure_;     // p dt / (rho h) [m/s]: neither density nor time step matters

@@ -43,7 +43,10 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
     cells_.open.update(solids_, blocks_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
-    if (free_surface_) cells_.distance = surface_distance<D>(ranges_, cells_.kind, blocks_, double(options_.particles_per_cell));
+    if (free_surface_) {
+      filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
+      cells_.distance = surface_distance(filling_, cells_.kind, blocks_);
+    }
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
@@ -143,9 +146,11 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
 }
 
 template <int D, class Real>
-void FluidStep<D, Real>::correct_volume(double growth, base::Ledger& ledger) {
+void FluidStep<D, Real>::correct_volume(double gain, base::Ledger& ledger) {
   constexpr double kTolerance = 1e-2;
   const auto pass = ledger.pass("volume", 2 * grid_bytes());
+  std::vector<float> growth = excess_filling(filling_, cells_, blocks_);
+  for (float& g : growth) g *= float(gain);
   projection_.displace(displacement_, growth, cells_, blocks_, kTolerance, displaced_);
   extrapolate(displacement_, displaced_, blocks_, 3);
   displaces_ = true;

@@ -12,7 +12,6 @@
 
 #include "base/ledger.h"
 #include "sim/fluid/pressure.h"
-#include "sim/fluid/surface_distance.h"
 #include "sim/transfer/mac_transfer.h"
 
 namespace sim {
@@ -40,8 +39,8 @@ class FluidStep {
   void move(double dt, Particles<D, Real>&, base::Ledger&);
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   double volume() const { return liquid_volume<D>(cells_, blocks_); }
-  /// A displacement that makes all liquid cells grow by `growth` [1] of their volume.
-  void correct_volume(double growth, base::Ledger&);
+  /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than it was seeded.
+  void correct_volume(double gain, base::Ledger&);
 
   /// The field of the last projection [m/s], on `blocks`; after `gather` reaching into the air.
   const FaceField<D, Real>& velocity() const { return grid_.velocity; }
@@ -66,6 +65,7 @@ class FluidStep {
   CanonicalOrder<D, Real> order_;
   CellRanges ranges_;                 // of the particles as `scatter` sorted them; none once they have moved
   LiquidCells<D> cells_;
+  std::vector<float> filling_;        // [1] of every cell; empty without a free surface
   Projection<D> projection_;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
