@@ -86,6 +86,20 @@ TEST_F(Shot, TakesTheRungsKeysWhereItIsSilent) {
   EXPECT_EQ(draft.render.options.spp, 4);
 }
 
+TEST_F(Shot, RungsClimbFromModesToReflectionToTheQuadraticKernel) {
+  const sim::Options high = read(kLeast, {}, "high").scene.options, extreme = read(kLeast, {}, "extreme").scene.options;
+  EXPECT_EQ(high.kernel, sim::Kernel::linear);
+  EXPECT_EQ(high.splitting, sim::Splitting::reflection);
+  EXPECT_EQ(extreme.kernel, sim::Kernel::quadratic);
+  EXPECT_EQ(extreme.splitting, sim::Splitting::reflection);
+  EXPECT_EQ(extreme.carry, sim::Carry::hybrid);
+  // The rung's carry is for the rung's modes: a shot with its own is not refused for it.
+  const sim::Options own = read(kLeast, {"sim.kernel=linear"}, "extreme").scene.options;
+  EXPECT_EQ(own.carry, sim::Carry::fixed);
+  EXPECT_EQ(own.splitting, sim::Splitting::reflection);
+  EXPECT_EQ(read(kLeast, {"sim.transfer=flip"}, "extreme").scene.options.carry, sim::Carry::fixed);
+}
+
 // default < built-in rung < the shot's key < the shot's [quality.RUNG] < --set, on one key: render.spp.
 TEST_F(Shot, LetsEachLayerOverrideTheOneBelow) {
   const std::string keyed = kLeast + "[render]\nspp = 7\n", tabled = keyed + "[quality.draft.render]\nspp = 9\n";

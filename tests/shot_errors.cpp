@@ -47,7 +47,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[sim]\nmodes = 0\n", "x.toml:5:9: sim.modes = 0: must be a count from 1, \"multilinear\", \"quadratic\" or \"full\""},
     {"[shot]\nframes = 0\n", "x.toml:5:10: shot.frames = 0: must be between 1 and 1000000"},
     {"[shot]\nup = \"y\"\n", "x.toml:5:6: shot.up = \"y\": must be \"z\""},
-    {"[shot]\nquality = \"extreme\"\n", "x.toml:5:11: shot.quality = \"extreme\": must be \"draft\" or \"normal\""},
+    {"[shot]\nquality = \"perfect\"\n", "x.toml:5:11: shot.quality = \"perfect\": must be \"draft\", \"normal\", \"high\" or \"extreme\""},
     {"velocity = [1, 0]\n", "x.toml:4:12: body.column.velocity = [1, 0] m/s: must be three numbers, [x, y, z]"},
     {"velocity = [1, 0, \"a\"]\n", "x.toml:4:12: body.column.velocity = [1, 0, \"a\"] m/s: must be three numbers, [x, y, z]"},
     {"velocity = [1, 0, inf]\n", "x.toml:4:12: body.column.velocity = [1, 0, inf] m/s: must be finite in each component"},

@@ -106,7 +106,8 @@ class Liquid final : public Simulation {
   void finish(double dt, base::Ledger& ledger) {
     if (step_.has_surface()) {
       drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
-      if (options_.volume_correction > 0) step_.correct_volume(options_.volume_correction, ledger);
+      if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0)
+        step_.correct_volume(1 - std::pow(1 - options_.volume_correction, kStepsACorrection), ledger);
     }
     step_.gather(gather_rule(dt), particles_, ledger);
     step_.move(dt, particles_, ledger);
@@ -163,6 +164,7 @@ class Liquid final : public Simulation {
   std::uint64_t state_hash() const;
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
+  static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
   Options options_;
   double fps_;
   base::Vec3 gravity_;
