@@ -1,7 +1,5 @@
 #include "sim/plan.h"
 
-#include <type_traits>
-
 #include "sim/effects/gravity.h"
 #include "sim/transfer/modes.h"
 
@@ -22,13 +20,6 @@ bool any_side(const Options& o, Side side) {
   return false;
 }
 
-/// A text, or an enumeration in the order of its names.
-template <class Choice>
-bool splits_by(const Choice& splitting, int number, std::string_view name) {
-  if constexpr (std::is_enum_v<Choice>) return int(splitting) == number;
-  else return splitting == name;
-}
-
 template <Transfer kind>
 bool has_transfer(const Scene& s) { return s.options.transfer == kind; }
 template <Kernel kind>
@@ -39,6 +30,10 @@ template <Seeding kind>
 bool has_seeding(const Scene& s) { return s.options.seeding == kind; }
 template <Precision kind>
 bool has_precision(const Scene& s) { return s.options.precision == kind; }
+template <Splitting kind>
+bool has_splitting(const Scene& s) { return s.options.splitting == kind; }
+template <Advection kind>
+bool has_advection(const Scene& s) { return s.options.advection == kind; }
 template <std::int64_t number>
 bool has_dimension(const Scene& s) { return s.options.dimension == number; }
 
@@ -56,6 +51,7 @@ std::span<const base::PassRow> pass_rows() {
       {"pressure", Often::step, {"grid velocity", "blocks", "solids"}, {"grid velocity"}},
       {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"extrapolate", Often::step, {"grid velocity"}, {"grid velocity"}},
+      {"volume", Often::step, {"blocks", "particles"}, {"particles"}},
       {"g2p", Often::step, {"grid velocity"}, {"particles"}},
       {"advect", Often::step, {"grid velocity", "particles"}, {"particles"}},
       {"collide", Often::step, {"solids", "particles"}, {"particles"}},
@@ -85,8 +81,11 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}},
       {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}},
       {"fixed carry", {"sim.carry=fixed"}, has_carry<Carry::fixed>},
-      {"lie splitting", {"sim.splitting=lie"}, [](const Scene& s) { return splits_by(s.options.splitting, 0, "lie"); }},
-      {"reflection", {"sim.splitting=reflection"}, [](const Scene& s) { return splits_by(s.options.splitting, 1, "reflection"); }, {"reflect"}},
+      {"lie splitting", {"sim.splitting=lie"}, has_splitting<Splitting::lie>},
+      {"reflection", {"sim.splitting=reflection"}, has_splitting<Splitting::reflection>, {"reflect"}},
+      {"midpoint advection", {"sim.advection=rk2"}, has_advection<Advection::rk2>},
+      {"third-order advection", {"sim.advection=rk3"}, has_advection<Advection::rk3>},
+      {"volume correction", {"sim.volume_correction"}, [](const Scene& s) { return s.options.volume_correction > 0; }, {"volume"}},
       {"single precision", {"sim.precision=single"}, has_precision<Precision::single_precision>},
       {"double precision", {"sim.precision=double"}, has_precision<Precision::double_precision>},
       {"jittered seeding", {"sim.seeding=jitter", "sim.seed"}, has_seeding<Seeding::jitter>},

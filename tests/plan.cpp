@@ -130,7 +130,7 @@ TEST_F(Plan, EveryPassOfTheSourceHasARowAndEveryRowAPass) {
 }
 
 TEST_F(Plan, EveryEffectIsOnInAShotAndOffInAnother) {
-  const std::set<std::string> kAlways = {"liquid", "points file", "film", "checkpoints", "lie splitting"};   // there is nothing else yet
+  const std::set<std::string> kAlways = {"liquid", "points file", "film", "checkpoints"};   // there is nothing else yet
   const std::set<std::string> kNever = {"grains in pictures"};   // no key asks for it yet
   std::set<std::string> foreseen;   // rows that mean a choice no shot may take yet
   for (const app::Row& row : app::all_rows())

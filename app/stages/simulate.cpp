@@ -35,7 +35,9 @@ double PointsMaker::make(std::int64_t frame) {
   const std::filesystem::path points = folder_.points(frame);
   Folder::make_room_for(points);
   if (reached_.columns.empty()) reached_ = simulation_->state();   // nothing has moved yet
-  for (const sim::Column& column : reached_.columns) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
+  const sim::Column* const id = reached_.find("id");
+  for (const sim::Column& column : reached_.columns)
+    if (id && column.rows == id->rows) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
   surface::write_points(points, simulation_->frame(), ledger);
   if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(reached_, ledger);
   write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},

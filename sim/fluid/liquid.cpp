@@ -104,11 +104,9 @@ class Liquid final : public Simulation {
 
   /// The last projection's field to the particles, and their motion.
   void finish(double dt, base::Ledger& ledger) {
-    if (step_.has_surface()) {
-      drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
-      if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0)
-        step_.correct_volume(1 - std::pow(1 - options_.volume_correction, kStepsACorrection), ledger);
-    }
+    if (step_.has_surface()) drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
+    if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0)
+      step_.correct_volume(1 - std::pow(1 - options_.volume_correction, kStepsACorrection), ledger);
     step_.gather(gather_rule(dt), particles_, ledger);
     step_.move(dt, particles_, ledger);
   }

@@ -43,10 +43,8 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
     cells_.open.update(solids_, blocks_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
-    if (free_surface_) {
-      filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
-      cells_.distance = surface_distance(filling_, cells_.kind, blocks_);
-    }
+    filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
+    if (free_surface_) cells_.distance = surface_distance(filling_, cells_.kind, blocks_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());

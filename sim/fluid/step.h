@@ -65,7 +65,7 @@ class FluidStep {
   CanonicalOrder<D, Real> order_;
   CellRanges ranges_;                 // of the particles as `scatter` sorted them; none once they have moved
   LiquidCells<D> cells_;
-  std::vector<float> filling_;        // [1] of every cell; empty without a free surface
+  std::vector<float> filling_;        // [1] of every cell
   Projection<D> projection_;
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
