@@ -18,7 +18,7 @@ constexpr int kLonelySweeps = 4;
 
 /// The roots of the Chebyshev polynomial of degree 2 over [lowest, highest] are the places where the smoother deletes; D^-1 A has no
 /// eigenvalue above 2, and what is below the lowest is smooth enough for the coarser level.
-constexpr double kLowest = 0.6, kHighest = 2.0;
+constexpr double kLowest = 0.45, kHighest = 2.0;
 const float kFirstStep = float(1 / ((kHighest + kLowest) / 2 + (kHighest - kLowest) / 2 * std::sqrt(0.5)));
 const float kSecondStep = float(1 / ((kHighest + kLowest) / 2 - (kHighest - kLowest) / 2 * std::sqrt(0.5)));
 
