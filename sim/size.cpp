@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/effects/gravity.h"
+#include "sim/fluid/pace.h"
+
 namespace sim {
 namespace {
 
@@ -67,6 +70,16 @@ Size size_of(const Scene& scene) {
       taken.push_back(shape);
     }
   return size;
+}
+
+double steps_in_frame(const Scene& scene, double fps, double before, double after) {
+  const double frame = 1 / fps, fall = gravity(scene).norm(), reach = scene.options.cfl * scene.options.cell;
+  double steps = 0;
+  for (double left = frame; left > 1e-9 * frame; ++steps) {
+    const double share = 1 - left / frame;
+    left -= longest_step(before + share * (after - before), fall, reach, left);
+  }
+  return steps;
 }
 
 }  // namespace sim

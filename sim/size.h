@@ -12,4 +12,7 @@ struct Size {
 /// Looks at most at some millions of places: of a larger scene at a coarser pattern, which is off by a share of a body's surface.
 Size size_of(const Scene&);
 
+/// Steps from one frame to the next while the fastest particle gets from `before` to `after` [m/s].
+double steps_in_frame(const Scene&, double fps, double before, double after);
+
 }  // namespace sim

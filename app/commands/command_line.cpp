@@ -60,7 +60,7 @@ double number_from(const std::string& option, const std::string& text, double mo
 
 /// Words as CLI11 fills them in, before their form is checked.
 struct Words {
-  std::optional<std::string> frames, threads, quality, out, fail, fail_percent;
+  std::optional<std::string> frames, threads, quality, out, graph, fail, fail_percent;
 };
 
 void add_shot_options(CLI::App& command, Request& request, Words& words) {
@@ -70,7 +70,7 @@ void add_shot_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("--set", request.overrides.sets)->type_size(1)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command.add_option("--quality", words.quality);
   command.add_option("--threads", words.threads);
-  command.add_flag("--restart", request.restart);
+  if (command.get_name() != "plan") command.add_flag("--restart", request.restart);
   command.add_flag("--quiet", request.quiet);
 }
 
@@ -93,6 +93,7 @@ void add_options(CLI::App& command, const std::string& name, Request& request, W
     command.add_flag("--example", request.example);
   } else {
     add_shot_options(command, request, words);
+    if (name == "plan") command.add_option("--graph", words.graph);
     if (name == "run" || name == "render") command.add_flag("--preview", request.preview);
   }
 }
@@ -128,7 +129,7 @@ Request parse_command_line(int count, const char* const* given) {
   Request request;
   request.command = first;
   Words words;
-  CLI::App command;
+  CLI::App command("", first);
   add_options(command, first, request, words);
   try {
     command.parse(count - 1, given + 1);
@@ -145,6 +146,8 @@ Request parse_command_line(int count, const char* const* given) {
   if (words.out && words.out->empty()) refuse("--out", first == "diff" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
+  if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");
+  if (words.graph) request.graph = *words.graph;
   return request;
 }
 

@@ -1,11 +1,15 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
 #include "app/stages/document.h"
+#include "app/plan/limits.h"
+#include "app/plan/predict.h"
 #include "app/stages/interrupt.h"
 #include "base/error.h"
 
@@ -26,20 +30,56 @@ std::vector<Stage> stages_of(const Request& request, const Shot& shot) {
   return {Stage::simulate, Stage::surface, Stage::render};
 }
 
+bool wants(const Order& order, Stage stage) { return std::find(order.stages.begin(), order.stages.end(), stage) != order.stages.end(); }
+
+std::int64_t recorded_frames(const Order& order, const FrameRange& range, Stage stage) {
+  const std::vector<std::int64_t> frames = Folder(order.out).recorded_frames(stage);
+  return std::count_if(frames.begin(), frames.end(), [&](std::int64_t f) { return f <= range.last; });
+}
+
+// Of what is still to be made.
+void check_room(const Shot& shot, const Order& order, const FrameRange& range, const std::optional<Prediction>& predicted) {
+  if (!wants(order, Stage::simulate)) return;
+  Prediction needed = predicted && wants(order, Stage::render) ? *predicted : least(shot, range);
+  const double missing = 1 - double(recorded_frames(order, range, Stage::simulate)) / double(range.last);
+  for (auto& [kind, bytes] : needed.disk) bytes *= wants(order, Stage::render) || kind == "points" ? missing : 0;
+  require_room(shot, needed, free_memory(), free_disk(order.out));
+}
+
+// What a run that began with nothing has cost.
+void remember(const Shot& shot, const Order& order, const FrameRange& range, const Prediction& predicted, const nlohmann::ordered_json& run) {
+  Outcome outcome{.shot = shot.name, .cpu_predicted = predicted.cpu_seconds(), .memory_predicted = predicted.peak_bytes, .disk_predicted = predicted.disk_bytes()};
+  for (const auto& frame : run.at("frames"))
+    for (const auto& seconds : frame.at("cpu_seconds")) outcome.cpu += seconds.get<double>();
+  outcome.memory = run.at("peak_bytes");
+  const Folder folder(order.out);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.root()))
+    if (entry.is_regular_file()) outcome.disk += double(entry.file_size());
+  if (static_cast<std::int64_t>(run.at("frames").size()) == range.last) keep_outcome(outcome);
+}
+
 }  // namespace
 
 void film(const Request& request) {
   const Shot shot = read_shot(find_shot(request.subject), request.overrides);
-  const Order order{.stages = stages_of(request, shot),
+  Order order{.stages = stages_of(request, shot),
                     .frames = request.frames,
                     .out = request.out.value_or(std::filesystem::path("out") / shot.name),
                     .restart = request.restart,
                     .threads = request.threads.value_or(tbb::info::default_concurrency())};
+  const FrameRange range = order.frames.value_or(FrameRange{1, shot.frames});
+  std::optional<Prediction> predicted;
+  if (request.command == "run")
+    if (const auto pilot = cached_pilot(shot, range.last, order.threads)) predicted = predict(shot, *pilot, range);
+  check_room(shot, order, range, predicted);
+  if (predicted) order.cost = base::duration_text(predicted->cpu_seconds()) + " of CPU, " + bytes_text(predicted->peak_bytes);
+  const bool fresh = predicted && recorded_frames(order, range, Stage::simulate) == 0;
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(order.threads));
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
   const nlohmann::ordered_json run = make_film(shot, order, progress);
+  if (fresh) remember(shot, order, range, *predicted, run);
   if (request.json) std::fputs(document_text(run).c_str(), stdout);
 }
 

@@ -12,7 +12,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic surface SHOT     points -> surface: surface/surface.0001.vdb
   polypic render SHOT      surface -> images: images/beauty.0001.exr and .png, movie.mp4
 
-  polypic plan SHOT        what a shot asks for, before it is made: effects on and off, bytes, passes
+  polypic plan SHOT        what a shot asks for and what it will cost
   polypic list             shots, materials and looks that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png or run.json
   polypic diff A B         how far two images, .vdb files or runs lie apart
@@ -64,13 +64,17 @@ Frames that are finished are kept: the same command goes on where it was stopped
   polypic render mine.toml --frames 12
   polypic render mine.toml --restart --set render.spp=256
 )"},
-    {"plan", R"(polypic plan SHOT [options]     what a shot asks for: each effect on or off and the key that decides, what a particle holds, the passes
+    {"plan", R"(polypic plan SHOT [options]     what a shot asks for and what it will cost, before it is made
 
-  --set KEY=VALUE, --quality Q    as in polypic run
-  --json                          {effects, attributes, bytes_per_particle, passes, particles, cells}
+Each effect on or off and the key that decides, what a particle holds, the passes. Then small runs of the shot are measured, in a minute at
+most (once: they are kept in $XDG_CACHE_HOME/polypic), and say what CPU time, memory and disk the whole will take. What cannot fit is refused.
+
+  --frames, --set, --quality, --threads, --out, --quiet    as in polypic run
+  --graph FILE.svg    a picture of the passes: what each reads and writes
+  --json              {effects, attributes, bytes_per_particle, passes, particles, cells, predicted}; seconds are those of a frame's CPU
 
   polypic plan dam_break
-  polypic plan mine.toml --set sim.kernel=quadratic --json
+  polypic plan mine.toml --set sim.cell=0.005 --frames 1-24 --graph passes.svg
 )"},
     {"list", R"(polypic list [--json]     shots, materials and looks that come with the program
 )"},

@@ -1,17 +1,27 @@
+#include <tbb/info.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/plan/graph.h"
+#include "app/plan/limits.h"
 #include "app/plan/plan.h"
+#include "app/plan/predict.h"
+#include "app/stages/interrupt.h"
+#include "base/atomic_file.h"
+#include "base/progress.h"
 #include "sim/size.h"
 
 namespace app {
 namespace {
 
-// Effects by stage; those that are off in one line at the end.
-void print_table(const Shot& shot) {
+using Json = nlohmann::ordered_json;
+
+// Effects that are on, by stage; those that are off in one line at the end.
+void print_effects(const Shot& shot) {
   const std::vector<ExplainedEffect> effects = explained_effects(shot);
   std::size_t name = 0, key = 0;
   for (const ExplainedEffect& e : effects)
@@ -26,32 +36,75 @@ void print_table(const Shot& shot) {
     stage = e.stage;
   }
   std::printf("off: %s\n\n", off.c_str());
+}
 
+void print_sizes(const Shot& shot, const sim::Size& size) {
   const base::Plan sim = plan_of(shot, Stage::simulate);
   std::string attributes;
   for (const base::Attribute& a : sim.attributes) attributes += (attributes.empty() ? "" : ", ") + a.name + " " + std::to_string(a.bytes);
-  std::printf("a particle holds %lld B: %s\n", static_cast<long long>(sim.bytes_per_particle()), attributes.c_str());
+  std::printf("%-10s%.0f, each %lld B: %s\n", "particles", size.particles, static_cast<long long>(sim.bytes_per_particle()), attributes.c_str());
+  std::printf("%-10s%.0f\n", "cells", size.cells);
   for (const Stage s : stages_of(shot)) {
     std::string passes;
-    for (const base::PassRow& pass : plan_of(shot, s).passes) passes += (passes.empty() ? "" : ", ") + std::string(pass.name);
-    std::printf("%-9s %s\n", std::string(stage_name(s)).c_str(), passes.c_str());
+    for (const base::PassRow& pass : plan_of(shot, s).passes) passes += (passes.empty() ? "" : " ") + std::string(pass.name);
+    std::printf("%-10s%s\n", std::string(stage_name(s)).c_str(), passes.c_str());
   }
+}
+
+void print_prediction(const Prediction& p, const Pilot& pilot) {
+  std::string stages;
+  for (const auto& [stage, seconds] : p.cpu) stages += ", " + stage + " " + base::duration_text(seconds / p.frames);
+  std::printf("\n%-10s%s for %.0f frame%s; a frame: %s\n", "CPU", base::duration_text(p.cpu_seconds()).c_str(), p.frames, p.frames == 1 ? "" : "s", stages.substr(std::min<std::size_t>(2, stages.size())).c_str());
+  std::printf("%-10s%s\n", "memory", bytes_text(p.peak_bytes).c_str());
+  std::string kinds;
+  for (const auto& [kind, bytes] : p.disk) kinds += (kinds.empty() ? "" : ", ") + kind + " " + bytes_text(bytes);
+  std::printf("%-10s%s: %s\n", "disk", bytes_text(p.disk_bytes()).c_str(), kinds.c_str());
+  const std::string errors = error_text(past_outcomes());
+  std::printf("measured on this machine in %s; earlier predictions were off by %s\n", base::duration_text(pilot.seconds).c_str(), errors.empty() ? "nothing yet: no run has been finished since" : errors.c_str());
+}
+
+Json prediction_json(const Prediction& p) {
+  Json seconds = Json::object();
+  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
+    if (const auto found = p.cpu.find(std::string(stage_name(stage))); found != p.cpu.end()) seconds[found->first] = found->second / p.frames;
+  return {{"seconds", seconds}, {"peak_bytes", std::llround(p.peak_bytes)}, {"disk_bytes", std::llround(p.disk_bytes())}};
+}
+
+std::optional<Pilot> pilot_for(const Shot& shot, const Request& request, const FrameRange& range, int threads) {
+  if (std::optional<Pilot> cached = cached_pilot(shot, range.last, threads)) return cached;
+  catch_signals();
+  base::Progress progress(stderr, request.quiet || request.json);
+  progress.line("measuring small runs of the shot on this machine ...");
+  std::optional<Pilot> measured = measure_pilot("/proc/self/exe", shot, request.overrides, range.last, threads);
+  if (measured) keep_pilot(shot, threads, *measured);
+  return measured;
 }
 
 }  // namespace
 
 void plan(const Request& request) {
   const Shot shot = read_shot(find_shot(request.subject), request.overrides);
+  if (request.graph) base::write_text_atomically(*request.graph, pass_graph(shot));
   const sim::Size size = sim::size_of(shot.scene);
-  if (!request.json) {
-    print_table(shot);
-    std::printf("%.0f particles, %.0f cells\n", size.particles, size.cells);
-    return;
-  }
-  nlohmann::ordered_json out = {{"schema", 1}, {"shot", shot.name}};
+  const FrameRange range = request.frames.value_or(FrameRange{1, shot.frames});
+  const int threads = request.threads.value_or(tbb::info::default_concurrency());
+  const double memory = free_memory(), disk = free_disk(request.out.value_or(std::filesystem::path("out") / shot.name));
+  if (!request.json) print_effects(shot), print_sizes(shot, size), std::fflush(stdout);
+
+  require_room(shot, least(shot, range), memory, disk);
+  const std::optional<Pilot> pilot = pilot_for(shot, request, range, threads);
+  std::optional<Prediction> predicted;
+  if (pilot) predicted = predict(shot, *pilot, range);
+  if (predicted && !request.json) print_prediction(*predicted, *pilot);
+  if (!predicted && !request.json) std::printf("\nno prediction: small runs of this shot take more than a minute, or fail\n");
+  if (predicted) require_room(shot, *predicted, memory, disk);
+  if (!request.json) return;
+  Json out = {{"schema", 1}, {"shot", shot.name}};
   out.update(plan_json(shot));
   out["particles"] = std::llround(size.particles);
   out["cells"] = std::llround(size.cells);
+  out["frames"] = {range.first, range.last};
+  if (predicted) out["predicted"] = prediction_json(*predicted);
   std::printf("%s\n", out.dump(2).c_str());
 }
 

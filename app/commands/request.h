@@ -15,6 +15,7 @@ struct Request {
   Overrides overrides;
   std::optional<std::filesystem::path> out;
   std::optional<FrameRange> frames;
+  std::optional<std::filesystem::path> graph;   // plan: where the picture of the passes goes
   std::optional<int> threads;
   bool restart = false, preview = false, quiet = false, json = false, example = false;
   std::string other;                // diff: the second file

@@ -153,7 +153,7 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
   if (m.wants(Stage::render) || m.wants(Stage::preview)) text += "  " + std::to_string(picture.width) + "x" + std::to_string(picture.height);
   if (m.wants(Stage::render) && m.dimension() == 3) text += "  " + std::to_string(picture.spp) + " spp";
   progress.line(text + "  " + std::to_string(m.order.threads) + (m.order.threads == 1 ? " thread" : " threads"));
-  progress.line("plan   " + plan_line(m.shot));
+  progress.line("plan   " + plan_line(m.shot) + (m.order.cost.empty() ? "" : ", " + m.order.cost));
   if (!again.empty()) progress.line("again  " + again);
   if (finished.damaged().empty()) return;
   const std::size_t more = finished.damaged().size() - 1;

@@ -24,6 +24,7 @@ struct Order {
   std::filesystem::path out;          // the run's directory
   bool restart = false;               // the stages' files and those below are made anew
   int threads = 1;
+  std::string cost = {};              // what the frames are expected to take, for the first lines; empty when nobody knows
 };
 
 /// Makes what is missing, writes run.json and returns its content. Throws base::Error: exit 2 where a file upstream is missing

@@ -39,9 +39,9 @@ std::string caption(const Shot& shot, const sim::Frame& frame) {
 PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes hashes, int threads)
     : shot_(shot), folder_(folder), hashes_(std::move(hashes)), threads_(threads) {}
 
-void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, double seconds) const {
+void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, const Stopwatch& spent) const {
   write_record(folder_, shot_.scene.options.dimension, {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .version = {}, .source = {}, .files = {},
-                                                        .seconds = seconds, .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
+                                                        .seconds = spent.seconds(), .cpu_seconds = spent.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
 }
 
 double PictureMaker::surface(std::int64_t frame) {
@@ -53,7 +53,7 @@ double PictureMaker::surface(std::int64_t frame) {
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
   for (const sim::Collider& collider : shot_.scene.colliders) room.solids.push_back(collider.shape);
   surface::write_surface(file, points, shot_.surface, room, ledger);
-  record(Stage::surface, frame, ledger, watch.seconds());
+  record(Stage::surface, frame, ledger, watch);
   return watch.seconds();
 }
 
@@ -80,7 +80,7 @@ double PictureMaker::render(std::int64_t frame) {
   Folder::make_room_for(folder_.image(frame, ".exr"));
   render::write_exr(folder_.image(frame, ".exr"), is_flat() ? render::scene_linear(image) : image, stamp, ledger);
   render::write_png(folder_.image(frame, ".png"), image, options, /*display_referred=*/is_flat(), ledger);
-  record(Stage::render, frame, ledger, watch.seconds());
+  record(Stage::render, frame, ledger, watch);
   return watch.seconds();
 }
 
@@ -90,7 +90,7 @@ double PictureMaker::preview(std::int64_t frame) {
   const render::Image image = draw(frame, ledger);
   Folder::make_room_for(folder_.preview(frame));
   render::write_png(folder_.preview(frame), image, shot_.render.options, /*display_referred=*/true, ledger);
-  record(Stage::preview, frame, ledger, watch.seconds());
+  record(Stage::preview, frame, ledger, watch);
   return watch.seconds();
 }
 

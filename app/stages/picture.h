@@ -6,6 +6,7 @@
 #include "app/shot/shot.h"
 #include "app/stages/folder.h"
 #include "app/stages/hash.h"
+#include "app/stages/stopwatch.h"
 #include "render/render.h"
 
 namespace app {
@@ -23,7 +24,7 @@ class PictureMaker {
   render::Image trace(std::int64_t frame, base::Ledger&);
   render::Image draw(std::int64_t frame, base::Ledger&) const;
   bool is_flat() const { return shot_.scene.options.dimension == 2; }
-  void record(Stage, std::int64_t frame, const base::Ledger&, double seconds) const;
+  void record(Stage, std::int64_t frame, const base::Ledger&, const Stopwatch& spent) const;
 
   const Shot& shot_;
   const Folder& folder_;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/stages/document.h"
+#include "app/plan/plan.h"
 #include "app/stages/hash.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
@@ -95,6 +96,7 @@ Json to_json(const Record& record) {
   if (record.source) out["source"] = file_json(*record.source);
   for (const Record::File& file : record.files) out["files"].push_back(file_json(file));
   out["seconds"] = finite(record.seconds, "seconds");
+  out["cpu_seconds"] = finite(record.cpu_seconds, "cpu_seconds");
   out["peak_bytes"] = record.peak_bytes;
   out["passes"] = passes_json(record.passes);
   if (!record.attributes.empty()) out["attributes"] = record.attributes;
@@ -114,6 +116,7 @@ Record record_from(const Json& json, Stage stage) {
   if (json.contains("source")) record.source = file_from(json.at("source"));
   for (const Json& file : json.at("files")) record.files.push_back(file_from(file));
   record.seconds = json.at("seconds");
+  record.cpu_seconds = json.value("cpu_seconds", 0.0);
   record.peak_bytes = json.at("peak_bytes");
   for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes"), cost.value("cpu_seconds", 0.0)};
   if (json.contains("attributes")) record.attributes = json.at("attributes");
@@ -125,14 +128,16 @@ Record record_from(const Json& json, Stage stage) {
 Json frame_entry(std::int64_t frame, double fps, const std::vector<Record>& records) {
   Json entry = {{"frame", frame}, {"time", static_cast<double>(frame - 1) / fps}};
   base::Ledger passes;
-  Json seconds = Json::object();
+  Json seconds = Json::object(), cpu = Json::object();
   for (const Record& record : records) {
     seconds[stage_name(record.stage)] = record.seconds;
+    cpu[stage_name(record.stage)] = record.cpu_seconds;
     for (const auto& [name, cost] : record.passes) passes.add(name, cost);
   }
   for (const Record& record : records)
     if (record.totals) put_totals(*record.totals, entry);
   entry["seconds"] = seconds;
+  entry["cpu_seconds"] = cpu;
   entry["passes"] = passes_json(passes.passes());
   return entry;
 }
@@ -223,6 +228,7 @@ Json run_document(const Folder& folder, const Shot& shot, int threads) {
               {"program", program},
               {"threads", threads},
               {"isa", "avx2"},
+              {"plan", plan_json(shot)},
               {"peak_bytes", peak_bytes},
               {"frames", Json::array()}};
   for (const auto& [frame, records] : frames) out["frames"].push_back(frame_entry(frame, shot.fps, records));

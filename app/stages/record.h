@@ -29,6 +29,7 @@ struct Record {
   std::optional<File> source;  // upstream: what it was made from
   std::vector<File> files;
   double seconds = 0;          // wall clock
+  double cpu_seconds = 0;      // of all threads
   std::int64_t peak_bytes = 0; // resident memory of the process so far
   std::map<std::string, base::PassCost, std::less<>> passes;
   std::map<std::string, std::int64_t, std::less<>> attributes;   // bytes that all particles hold: simulate only

@@ -41,7 +41,7 @@ double PointsMaker::make(std::int64_t frame) {
   surface::write_points(points, simulation_->frame(), ledger);
   if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(reached_, ledger);
   write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},
-                                                        .seconds = watch.seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
+                                                        .seconds = watch.seconds(), .cpu_seconds = watch.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
   checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
 #include "sim/fluid/energy_watch.h"
+#include "sim/fluid/pace.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
 #include "sim/random.h"
@@ -136,10 +137,7 @@ class Liquid final : public Simulation {
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
   double first_guess(double left) const {
-    const double v = max_speed(), g = gravity_.norm(), reach = options_.cfl * options_.cell;
-    const double dt = v > 0 || g > 0 ? 2 * reach / (v + std::sqrt(v * v + 4 * g * reach)) : left;
-    if (dt >= left) return left;
-    return 2 * dt > left ? left / 2 : dt;
+    return longest_step(max_speed(), gravity_.norm(), options_.cfl * options_.cell, left);
   }
 
   GatherRule gather_rule(double dt) const {

@@ -1,0 +1,116 @@
+#include "app/plan/limits.h"
+
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "app/plan/plan.h"
+#include "base/error.h"
+#include "base/text.h"
+#include "sim/size.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+// The number in a file that holds one; what says "max" or is not there limits nothing.
+double number_in(const char* file) {
+  std::ifstream in(file);
+  double number = 0;
+  return in >> number ? number : kNoLimit;
+}
+
+double available() {
+  std::ifstream info("/proc/meminfo");
+  for (std::string line; std::getline(info, line);) {
+    std::istringstream words(line);
+    std::string name;
+    double kilobytes = 0;
+    if (words >> name >> kilobytes && name == "MemAvailable:") return 1024 * kilobytes;
+  }
+  return kNoLimit;
+}
+
+double channels(const Shot& shot) { return shot.scene.options.dimension == 2 ? 4 : 15; }
+double pixels(const Shot& shot) { return double(shot.render.options.width * shot.render.options.height); }
+
+// What grows fastest is what to change.
+std::string key_of_memory(const Shot& shot) {
+  const double particles = sim::size_of(shot.scene).particles * double(plan_of(shot, Stage::simulate).bytes_per_particle());
+  return particles >= pixels(shot) * channels(shot) * sizeof(float) ? "sim.cell" : "render.width";
+}
+
+std::string key_of_disk(const Prediction& p) {
+  const auto most = std::max_element(p.disk.begin(), p.disk.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most->first == "images" ? "render.width" : "sim.cell";
+}
+
+[[noreturn]] void refuse(const Shot& shot, const std::string& key, double needed, double there, const std::string& what, const std::string& hint) {
+  const bool cell = key == "sim.cell";
+  const std::string value = cell ? base::to_text(shot.scene.options.cell) + " m" : std::to_string(shot.render.options.width) + " pixels";
+  throw base::Error({.file = shot.file.string(), .key = key, .value = value, .hint = hint,
+                     .message = "needs " + bytes_text(needed) + " of " + what + ", and there are " + bytes_text(there)});
+}
+
+}  // namespace
+
+std::string bytes_text(double bytes) {
+  const char* const units[] = {"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; bytes >= 1000 && unit + 1 < std::size(units); ++unit) bytes /= 1000;
+  char text[32];
+  std::snprintf(text, sizeof text, bytes < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", bytes, units[unit]);
+  return text;
+}
+
+double free_memory() {
+  double bytes = std::min(available(), number_in("/sys/fs/cgroup/memory.max") - std::min(number_in("/sys/fs/cgroup/memory.current"), 1e18));
+  for (const auto kind : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit limit{};
+    if (::getrlimit(kind, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) bytes = std::min(bytes, double(limit.rlim_cur));
+  }
+  return bytes;
+}
+
+double free_disk(const fs::path& path) {
+  fs::path there = fs::absolute(path);
+  std::error_code none;
+  while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
+  struct statvfs disk{};
+  if (::statvfs(there.c_str(), &disk) != 0) return kNoLimit;
+  return double(disk.f_bavail) * double(disk.f_frsize);
+}
+
+Prediction least(const Shot& shot, const FrameRange& range) {
+  const double particles = sim::size_of(shot.scene).particles, held = double(plan_of(shot, Stage::simulate).bytes_per_particle());
+  const double point = 2 * 3 * sizeof(float) + sizeof(std::int64_t);
+  Prediction p;
+  p.frames = double(range.last - range.first + 1);
+  p.peak_bytes = particles * held + pixels(shot) * channels(shot) * sizeof(float);
+  p.disk["points"] = 0.5 * particles * point * double(range.last);
+  p.disk["images"] = 0.5 * pixels(shot) * channels(shot) * double(p.frames);   // a byte a channel
+  return p;
+}
+
+void require_room(const Shot& shot, const Prediction& p, double memory, double disk) {
+  if (p.peak_bytes > memory) {
+    const std::string key = key_of_memory(shot);
+    const double share = std::pow(p.peak_bytes / memory, 1.0 / double(key == "sim.cell" ? shot.scene.options.dimension : 2));
+    char hint[64];
+    if (key == "sim.cell") std::snprintf(hint, sizeof hint, "%.2g m would fit", 1.05 * share * shot.scene.options.cell);
+    else std::snprintf(hint, sizeof hint, "%.0f pixels would fit", double(shot.render.options.width) / (1.05 * share));
+    refuse(shot, key, p.peak_bytes, memory, "memory", hint);
+  }
+  if (p.disk_bytes() > disk) refuse(shot, key_of_disk(p), p.disk_bytes(), disk, "disk", "or fewer --frames, or another --out");
+}
+
+}  // namespace app

@@ -1,0 +1,24 @@
+#pragma once
+// What does not fit on this machine is refused before it starts.
+#include <filesystem>
+#include <optional>
+
+#include "app/plan/predict.h"
+
+namespace app {
+
+/// "1.1 GB"
+std::string bytes_text(double bytes);
+
+/// Bytes of memory that this process can still get: what the machine has free, and no more than its group or its limits allow.
+double free_memory();
+/// Bytes that can be written at `path`, or where it will be.
+double free_disk(const std::filesystem::path&);
+
+/// What is needed at the very least: what the plan says particles and pictures hold in memory, and half of their plain size on disk.
+Prediction least(const Shot&, const FrameRange&);
+
+/// Throws base::Error (exit 2) naming what is needed, what there is, and the key to change.
+void require_room(const Shot&, const Prediction&, double memory, double disk);
+
+}  // namespace app

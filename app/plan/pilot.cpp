@@ -1,0 +1,240 @@
+#include "app/plan/pilot.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <thread>
+
+#include "app/stages/interrupt.h"
+#include "app/stages/record.h"
+#include "app/stages/stopwatch.h"
+#include "base/text.h"
+#include "sim/size.h"
+
+extern char** environ;
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kManyParticles = 60000, kFewParticles = 8000;   // of the fine and the coarse run
+constexpr double kManySamples = 1e6, kManyPixels = 6e5;          // of a picture
+constexpr double kPatience = 6;                                  // [s] of the first run: above it the others stay as small
+
+/// A folder that goes with its content.
+class Scratch {
+ public:
+  Scratch() {
+    std::string pattern = (fs::temp_directory_path() / "polypic_plan_XXXXXX").string();
+    if (::mkdtemp(pattern.data())) path = pattern;
+  }
+  ~Scratch() {
+    std::error_code none;
+    if (!path.empty()) fs::remove_all(path, none);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  fs::path path;
+};
+
+/// Waits for the process, or ends it when the time is over or a signal came. True when it ended well.
+bool ended_well(pid_t child, double seconds) {
+  const Stopwatch watch;
+  int status = 0;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (signal_came() || watch.seconds() > seconds) {
+      ::kill(child, SIGKILL);
+      ::waitpid(child, &status, 0);
+      stop_if_signalled();
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+bool run(const fs::path& program, const fs::path& cache, std::vector<std::string> words, double seconds) {
+  words.insert(words.begin(), program.string());
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  std::vector<std::string> variables = {"XDG_CACHE_HOME=" + cache.string()};   // a micro-run is none that is remembered
+  for (char** variable = environ; *variable; ++variable)
+    if (!std::string_view(*variable).starts_with("XDG_CACHE_HOME=")) variables.emplace_back(*variable);
+  std::vector<char*> environment;
+  for (std::string& variable : variables) environment.push_back(variable.data());
+  environment.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int stream : {0, 1, 2}) posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", stream == 0 ? O_RDONLY : O_WRONLY, 0);
+  pid_t child = -1;
+  const int failure = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environment.data());
+  posix_spawn_file_actions_destroy(&actions);
+  return failure == 0 && ended_well(child, seconds);
+}
+
+/// The sizes of a micro-run, and the keys that make them.
+struct Sizes {
+  double particles = 0, cell = 0, pixels = 0, samples = 0;
+  std::vector<std::string> sets;
+};
+
+std::string box_text(const base::Box& box, std::int64_t dimension) {
+  const auto corner = [&](const base::Vec3& v) {
+    std::string text = "[";
+    for (std::int64_t a = 0; a < dimension; ++a) text += (a > 0 ? "," : "") + base::to_text(v[a]);
+    return text + "]";
+  };
+  return "[" + corner(box.lower) + "," + corner(box.upper) + "]";
+}
+
+/// Cells of an edge `cell`, in a domain that grows at its upper sides where it is no multiple of it.
+void set_cell(const Shot& shot, double cell, Sizes& sizes) {
+  const sim::Options& o = shot.scene.options;
+  sim::Scene coarse = shot.scene;
+  coarse.options.cell = cell;
+  for (int a = 0; a < o.dimension; ++a)
+    coarse.options.domain.upper[a] = o.domain.lower[a] + std::ceil(o.domain.size()[a] / cell - 1e-6) * cell;
+  sizes.particles = sim::size_of(coarse).particles;
+  sizes.cell = cell;
+  if (cell == o.cell) return;
+  const double ratio = cell / o.cell;
+  sizes.sets.push_back("sim.cell=" + base::to_text(cell));
+  sizes.sets.push_back("sim.domain=" + box_text(coarse.options.domain, o.dimension));
+  if (o.dimension == 3 && shot.surface.voxel) sizes.sets.push_back("surface.voxel=" + base::to_text(*shot.surface.voxel * ratio));
+  if (o.dimension == 3 && shot.surface.radius) sizes.sets.push_back("surface.radius=" + base::to_text(*shot.surface.radius * ratio));
+}
+
+/// A cell with about so many particles: a whole share of the domain where there is one near, so that the walls stay where they are.
+double coarser_cell(const Shot& shot, double particles) {
+  const sim::Options& o = shot.scene.options;
+  const double there = sim::size_of(shot.scene).particles;
+  if (there <= 1.3 * particles) return o.cell;
+  std::int64_t common = 0, fewest = std::numeric_limits<std::int64_t>::max();
+  bool periodic = false;
+  for (int a = 0; a < o.dimension; ++a) {
+    const std::int64_t cells = std::llround(o.domain.size()[a] / o.cell);
+    common = std::gcd(common, cells), fewest = std::min(fewest, cells);
+    periodic = periodic || o.periodic(a);
+  }
+  for (std::int64_t parts = common - 1; parts >= 1; --parts) {
+    const double share = double(parts) / double(common);
+    if (there * std::pow(share, double(o.dimension)) > 1.3 * particles) continue;
+    if (there * std::pow(share, double(o.dimension)) < particles / 6 || fewest * parts / common < 4) break;
+    return o.cell / share;
+  }
+  return periodic ? o.cell : o.cell * std::pow(there / particles, 1.0 / double(o.dimension));
+}
+
+void set_picture(const Shot& shot, double scale, Sizes& sizes) {
+  const render::Options& o = shot.render.options;
+  const auto width = std::max<std::int64_t>(16, std::llround(double(o.width) * scale)), height = std::max<std::int64_t>(16, std::llround(double(o.height) * scale));
+  sizes.pixels = double(width * height);
+  sizes.samples = shot.scene.options.dimension == 2 ? sizes.pixels : sizes.pixels * double(o.spp);
+  sizes.sets.push_back("render.width=" + std::to_string(width));
+  sizes.sets.push_back("render.height=" + std::to_string(height));
+}
+
+Sizes sizes_of(const Shot& shot, double cell, double picture) {
+  Sizes sizes;
+  set_cell(shot, cell, sizes);
+  set_picture(shot, picture, sizes);
+  return sizes;
+}
+
+void add_record(const Record& record, const std::string& stage, FrameCost& cost) {
+  double counted = 0;
+  for (const auto& [pass, spent] : record.passes) {
+    cost.cpu[stage + "/" + pass] = spent.cpu_seconds;
+    cost.calls[stage + "/" + pass] = double(spent.calls);
+    counted += spent.cpu_seconds;
+  }
+  cost.cpu[stage + "/other"] = std::max(0.0, record.cpu_seconds - counted);
+  cost.calls[stage + "/other"] = 1;
+  for (const Record::File& file : record.files) {
+    const std::string kind = file.name.substr(0, file.name.find('/'));
+    cost.bytes[kind] += double(file.bytes);
+  }
+  cost.bytes["ledger"] += 2000;   // a record, and its part of run.json
+  if (!record.totals) return;
+  cost.steps = double(record.totals->substeps);
+  cost.speed = record.totals->max_speed;
+}
+
+MicroRun read_run(const Sizes& sizes, const fs::path& out) {
+  MicroRun result{.particles = sizes.particles, .cell = sizes.cell, .pixels = sizes.pixels, .samples = sizes.samples, .peak_bytes = 0, .frames = {}};
+  const Folder folder(out);
+  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
+    for (const std::int64_t frame : folder.recorded_frames(stage)) {
+      const auto record = read_record(folder, stage, frame);
+      if (!record) continue;
+      add_record(*record, std::string(stage_name(stage)), result.frames[frame]);
+      result.peak_bytes = std::max(result.peak_bytes, double(record->peak_bytes));
+      if (record->totals) result.particles = double(record->totals->particles);
+    }
+  return result;
+}
+
+class Measuring {
+ public:
+  Measuring(fs::path program, const Shot& shot, const Overrides& overrides, int threads)
+      : program_(std::move(program)), shot_(shot), overrides_(overrides), threads_(threads) {}
+
+  std::optional<Pilot> measure(std::int64_t last_frame) {
+    if (scratch_.path.empty()) return {};
+    const double picture = std::min({1.0, std::sqrt(kManyPixels / pixels()), std::sqrt(kManySamples / samples())});
+    const double coarse = coarser_cell(shot_, kFewParticles);
+    Pilot pilot;
+    pilot.last = std::min(last_frame, kLastFollowed);
+    const std::int64_t first = std::min<std::int64_t>(kFirstFrames, pilot.last);
+    const Sizes small = sizes_of(shot_, coarse, 0.5 * picture);
+    if (!make(small, "small", 1, first)) return {};
+    const bool hurry = watch_.seconds() > kPatience;
+    const Sizes wide = sizes_of(shot_, coarse, hurry ? 0.5 * picture : picture);
+    const Sizes fine = sizes_of(shot_, hurry ? coarse : coarser_cell(shot_, kManyParticles), hurry ? 0.5 * picture : picture);
+    if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first) || (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last))) return {};
+    pilot.small = read_run(small, scratch_.path / "small");
+    pilot.wide = read_run(wide, scratch_.path / "wide");
+    pilot.fine = read_run(fine, scratch_.path / "fine");
+    pilot.seconds = watch_.seconds();
+    return pilot;
+  }
+
+ private:
+  static constexpr std::int64_t kFirstFrames = 3;
+
+  double pixels() const { return double(shot_.render.options.width * shot_.render.options.height); }
+  double samples() const { return shot_.scene.options.dimension == 2 ? pixels() : pixels() * double(shot_.render.options.spp); }
+
+  bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to) {
+    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--out", (scratch_.path / name).string(), "--threads", std::to_string(threads_),
+                                      "--frames", std::to_string(from) + "-" + std::to_string(to)};
+    if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
+    for (const auto& list : {overrides_.sets, sizes.sets})
+      for (const std::string& set : list) words.insert(words.end(), {"--set", set});
+    return run(program_, scratch_.path / "cache", std::move(words), kLongestPilot - watch_.seconds());
+  }
+
+  fs::path program_;
+  const Shot& shot_;
+  const Overrides& overrides_;
+  int threads_;
+  Stopwatch watch_;
+  Scratch scratch_;
+};
+
+}  // namespace
+
+std::optional<Pilot> measure_pilot(const fs::path& program, const Shot& shot, const Overrides& overrides, std::int64_t last_frame, int threads) {
+  return Measuring(program, shot, overrides, threads).measure(last_frame);
+}
+
+}  // namespace app

@@ -1,0 +1,194 @@
+#include "app/plan/predict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/plan/plan.h"
+#include "sim/size.h"
+
+namespace app {
+namespace {
+
+constexpr double kTiny = 1e-3;   // [s] below it a measured cost says nothing of how it grows
+
+using Costs = std::map<std::string, double> FrameCost::*;
+
+double get(const FrameCost& frame, Costs costs, const std::string& key) {
+  const auto found = (frame.*costs).find(key);
+  return found == (frame.*costs).end() ? 0 : found->second;
+}
+
+bool is_of(const std::string& key, std::string_view stage) { return key.starts_with(std::string(stage) + "/"); }
+
+class Predictor {
+ public:
+  Predictor(const Shot& shot, const Pilot& pilot) : shot_(shot), pilot_(pilot) {
+    const render::Options& o = shot.render.options;
+    particles_ = sim::size_of(shot.scene).particles;
+    pixels_ = double(o.width * o.height);
+    samples_ = shot.scene.options.dimension == 2 ? pixels_ : pixels_ * double(o.spp);
+    for (const auto& [frame, cost] : pilot.fine.frames)
+      if (frame <= kFirst) first_ = std::max(first_, frame);
+    for (const base::PassRow& pass : plan_of(shot, Stage::simulate).passes)
+      if (pass.often == base::PassRow::Often::step) step_keys_.push_back("simulate/" + std::string(pass.name));
+  }
+
+  Prediction predict(const FrameRange& range) const {
+    Prediction out;
+    out.frames = double(range.last - range.first + 1);
+    const double late = late_steps();
+    for (std::int64_t frame = 1; frame <= range.last; ++frame) add_simulation(frame, range.last, late, out);
+    for (std::int64_t frame = range.first; frame <= range.last; ++frame) add_pictures(frame, out);
+    add_checkpoints(range.last, out);
+    out.peak_bytes = memory();
+    return out;
+  }
+
+ private:
+  static constexpr std::int64_t kFirst = 3;   // frames that all runs have
+
+  double sum(const MicroRun& run, Costs costs, const std::string& key) const {
+    double total = 0;
+    for (const auto& [frame, cost] : run.frames)
+      if (frame <= first_) total += get(cost, costs, key);
+    return total;
+  }
+
+  /// q of cost ~ size^q between two runs; `unknown` where they are too near, or the cost too small.
+  static double power(double cost_a, double cost_b, double size_a, double size_b, double least, double unknown) {
+    if (!(size_b > 1.3 * size_a) || cost_b < least || cost_a <= 0) return unknown;
+    return std::clamp(std::log(cost_b / cost_a) / std::log(size_b / size_a), 0.0, 1.3);
+  }
+
+  /// From the fine run's size to the shot's.
+  double growth(Costs costs, const std::string& key, double least) const {
+    const bool picture = is_of(key, "render") || key == "images";
+    const double a = sum(pilot_.small, costs, key), b = sum(pilot_.wide, costs, key), c = sum(pilot_.fine, costs, key);
+    const double by_particles = power(b, c, pilot_.wide.particles, pilot_.fine.particles, least, picture ? 0 : 1);
+    double factor = std::pow(particles_ / pilot_.fine.particles, by_particles);
+    if (!picture) return factor;
+    const bool traces = key == "render/trace";
+    const double now = traces ? samples_ : pixels_, fine = traces ? pilot_.fine.samples : pilot_.fine.pixels;
+    const double by_pixels = power(a, b, pilot_.small.pixels, pilot_.wide.pixels, least, 1);
+    factor *= std::pow(now / fine, by_pixels);
+    return factor;
+  }
+
+  /// What a later frame costs against the last of the first ones, as the coarse run shows at its end.
+  double later(Costs costs, const std::string& key, std::int64_t frame) const {
+    const auto last = pilot_.wide.frames.find(pilot_.last), first = pilot_.wide.frames.find(first_);
+    if (frame <= first_ || pilot_.last <= first_ || last == pilot_.wide.frames.end() || first == pilot_.wide.frames.end()) return 1;
+    const double before = get(first->second, costs, key), after = get(last->second, costs, key);
+    if (!(before > (costs == &FrameCost::cpu ? kTiny : 0)) || !(after > 0)) return 1;
+    const double share = std::min(1.0, double(frame - first_) / double(pilot_.last - first_));
+    return 1 + share * (after / before - 1);
+  }
+
+  /// Of a frame, at the shot's size.
+  double cost(Costs costs, const std::string& key, std::int64_t frame, double least) const {
+    const auto found = pilot_.fine.frames.find(std::min(frame, first_));
+    if (found == pilot_.fine.frames.end()) return 0;
+    return get(found->second, costs, key) * growth(costs, key, least) * later(costs, key, frame);
+  }
+
+  double speed(std::int64_t frame) const {
+    const auto fine = pilot_.fine.frames.find(frame);
+    if (fine != pilot_.fine.frames.end()) return fine->second.speed;
+    const auto wide = pilot_.wide.frames.find(std::min(frame, pilot_.last));
+    return wide == pilot_.wide.frames.end() ? 0 : wide->second.speed;
+  }
+
+  double steps(std::int64_t frame) const {
+    if (frame == 1) return 0;
+    const auto fine = pilot_.fine.frames.find(frame);
+    if (fine != pilot_.fine.frames.end() && pilot_.fine.cell == shot_.scene.options.cell) return fine->second.steps;
+    return sim::steps_in_frame(shot_.scene, shot_.fps, speed(frame - 1), speed(frame));
+  }
+
+  /// [s] a step of the passes of a step, over frames in (after, to].
+  double step_cost(const MicroRun& run, std::int64_t after, std::int64_t to, const std::string& key) const {
+    double seconds = 0, count = 0;
+    for (const auto& [frame, c] : run.frames)
+      if (frame > after && frame <= to) seconds += get(c, &FrameCost::cpu, key), count += c.steps;
+    return count > 0 ? seconds / count : 0;
+  }
+
+  /// What a step costs later on, against the first frames.
+  double late_steps() const {
+    double early = 0, late = 0;
+    for (const std::string& key : step_keys_) early += step_cost(pilot_.wide, 1, first_, key), late += step_cost(pilot_.wide, first_, pilot_.last, key);
+    return early > 0 && late > 0 ? late / early : 1;
+  }
+
+  void add_simulation(std::int64_t frame, std::int64_t last, double late, Prediction& out) const {
+    double& seconds = out.cpu["simulate"];
+    for (const std::string& key : step_keys_) {
+      const double a = step_cost(pilot_.wide, 1, first_, key), c = step_cost(pilot_.fine, 1, first_, key);
+      const double grown = std::pow(particles_ / pilot_.fine.particles, power(a, c, pilot_.wide.particles, pilot_.fine.particles, 0.1 * kTiny, 1));
+      seconds += steps(frame) * c * grown * (frame > first_ ? late : 1);
+    }
+    const auto found = pilot_.fine.frames.find(std::min(frame, first_));
+    if (found != pilot_.fine.frames.end())
+      for (const auto& [key, unused] : found->second.cpu) {
+        if (!is_of(key, "simulate") || std::find(step_keys_.begin(), step_keys_.end(), key) != step_keys_.end()) continue;
+        if (key != "simulate/checkpoint") seconds += cost(&FrameCost::cpu, key, frame, kTiny);
+      }
+    if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == last)) {
+      const double calls = sum(pilot_.fine, &FrameCost::calls, "simulate/checkpoint");
+      if (calls > 0) seconds += sum(pilot_.fine, &FrameCost::cpu, "simulate/checkpoint") / calls * growth(&FrameCost::cpu, "simulate/checkpoint", kTiny);
+    }
+    for (const std::string kind : {"points", "ledger"}) out.disk[kind] += cost(&FrameCost::bytes, kind, frame, 1);
+  }
+
+  void add_pictures(std::int64_t frame, Prediction& out) const {
+    const auto found = pilot_.fine.frames.find(std::min(frame, first_));
+    if (found == pilot_.fine.frames.end()) return;
+    for (const auto& [key, unused] : found->second.cpu) {
+      if (is_of(key, "simulate")) continue;
+      out.cpu[key.substr(0, key.find('/'))] += cost(&FrameCost::cpu, key, frame, kTiny);
+    }
+    for (const std::string kind : {"surface", "images"})
+      if (const double bytes = cost(&FrameCost::bytes, kind, frame, 1); bytes > 0) out.disk[kind] += bytes;
+  }
+
+  void add_checkpoints(std::int64_t last, Prediction& out) const {
+    std::int64_t written = last > 1 && last % shot_.checkpoint_every != 0 ? 1 : 0;
+    written += last / shot_.checkpoint_every - (shot_.checkpoint_every == 1 ? 1 : 0);
+    if (written > 0) out.disk["checkpoint"] = double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).bytes_per_particle());
+  }
+
+  /// Linear in particles and in pixels, and never less than what the plan says they hold.
+  double memory() const {
+    const MicroRun &small = pilot_.small, &wide = pilot_.wide, &fine = pilot_.fine;
+    const auto slope = [](double from, double to, double size_from, double size_to, double least) {
+      return size_to > 1.3 * size_from ? std::max(least, (to - from) / (size_to - size_from)) : least;
+    };
+    const double a_particle = slope(wide.peak_bytes, fine.peak_bytes, wide.particles, fine.particles, 2 * double(plan_of(shot_, Stage::simulate).bytes_per_particle()));
+    const double a_pixel = slope(small.peak_bytes, wide.peak_bytes, small.pixels, wide.pixels, 15 * sizeof(float));
+    return fine.peak_bytes + a_particle * (particles_ - fine.particles) + a_pixel * (pixels_ - fine.pixels);
+  }
+
+  const Shot& shot_;
+  const Pilot& pilot_;
+  double particles_ = 0, pixels_ = 0, samples_ = 0;
+  std::int64_t first_ = 1;
+  std::vector<std::string> step_keys_;
+};
+
+}  // namespace
+
+double Prediction::cpu_seconds() const {
+  double total = 0;
+  for (const auto& [stage, seconds] : cpu) total += seconds;
+  return total;
+}
+
+double Prediction::disk_bytes() const {
+  double total = 0;
+  for (const auto& [kind, bytes] : disk) total += bytes;
+  return total;
+}
+
+Prediction predict(const Shot& shot, const Pilot& pilot, const FrameRange& range) { return Predictor(shot, pilot).predict(range); }
+
+}  // namespace app
