@@ -1,6 +1,7 @@
 polypic_test(shot LABEL fast LINK polypic_app)
 polypic_test(shot_errors LABEL fast LINK polypic_app)
 polypic_test(plan LABEL fast LINK polypic_app)
+polypic_test(plan_predict LABEL fast LINK polypic_app)
 polypic_test(plan_ledger LABEL slow LINK polypic_app nlohmann_json::nlohmann_json)
 polypic_test(diff LABEL slow LINK polypic_render OpenVDB::openvdb OpenImageIO::OpenImageIO nlohmann_json::nlohmann_json)
 target_compile_definitions(test_diff PRIVATE POLYPIC_PROGRAM="$<TARGET_FILE:polypic>")

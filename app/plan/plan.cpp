@@ -132,7 +132,7 @@ std::string plan_line(const Shot& shot) {
   std::size_t count = 0;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects)
-      if (!e.on && e.keys.front().find('=') == std::string_view::npos && ++count <= kMostNamed) off += (off.empty() ? "" : ", ") + e.name;
+      if (!e.on && e.keys.front().find('=') == std::string_view::npos && e.keys.front() != "sim.dimension" && ++count <= kMostNamed) off += (off.empty() ? "" : ", ") + e.name;
   return "liquid, " + std::string(shot.scene.options.kernel == sim::Kernel::linear ? "linear" : "quadratic") + " kernel, " + count_text(shot) +
          (count > 0 ? "; off: " + off + (count > kMostNamed ? " ..." : "") : "") + "; " + std::to_string(sim.bytes_per_particle()) + " B a particle";
 }
