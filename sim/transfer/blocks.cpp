@@ -112,7 +112,7 @@ void ActiveBlocks<D>::cover(const CellRanges& ranges, int depth) {
     }
     for_box<D>(lower, upper, [&](Cell<D> at) {
       for (int a = 0; a < D; ++a)
-        if (lattice_.periodic[a]) at[a] = (at[a] % lattice_.blocks[a] + lattice_.blocks[a]) % lattice_.blocks[a];
+        while (lattice_.periodic[a] && (at[a] < 0 || at[a] >= lattice_.blocks[a])) at[a] += at[a] < 0 ? lattice_.blocks[a] : -lattice_.blocks[a];
       if (const std::int64_t key = lattice_.block_key(at); seen.insert(key)) keys.push_back(key);
     });
   }

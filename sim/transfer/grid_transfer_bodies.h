@@ -115,10 +115,17 @@ class BlockSums {
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
-      for (int l = 0; l < Layout::kLattices; ++l)
-        for (int k = 0; k < count; ++k) Layout::mass(grid.mass, l)[to + std::size_t(k)] += sums_[l][std::size_t(from + k)];
-      for (int c = 0; c < D; ++c)
-        for (int k = 0; k < count; ++k) Layout::at(grid.velocity, c, to + std::size_t(k)) += sums_[Layout::kLattices + c][std::size_t(from + k)];
+      for (int l = 0; l < Layout::kLattices; ++l) {
+        Real* const __restrict mass = &Layout::mass(grid.mass, l)[to];
+        const Real* const __restrict own = &sums_[l][std::size_t(from)];
+        for (int k = 0; k < count; ++k) mass[k] += own[k];
+      }
+      for (int c = 0; c < D; ++c) {
+        constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
+        Real* const __restrict momentum = &Layout::at(grid.velocity, c, to);
+        const Real* const __restrict own = &sums_[Layout::kLattices + c][std::size_t(from)];
+        for (int k = 0; k < count; ++k) momentum[k * step] += own[k];
+      }
     });
   }
 
@@ -172,8 +179,12 @@ void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout
                std::array<typename Layout::Real, size>& tile) {
   constexpr std::size_t places = size / Layout::kDimension;
   blocks.template for_tile<kTile>(block, [&](int to, std::size_t from, auto count) {
-    for (int c = 0; c < Layout::kDimension; ++c)
-      for (int k = 0; k < count; ++k) tile[std::size_t(c) * places + std::size_t(to + k)] = Layout::at(field, c, from + std::size_t(k));
+    for (int c = 0; c < Layout::kDimension; ++c) {
+      constexpr int step = Layout::kLattices == 1 ? Layout::kDimension : 1;   // from place to place
+      const auto* const __restrict value = &Layout::at(field, c, from);
+      auto* const __restrict own = &tile[std::size_t(c) * places + std::size_t(to)];
+      for (int k = 0; k < count; ++k) own[k] = value[k * step];
+    }
   });
 }
 

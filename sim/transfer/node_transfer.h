@@ -28,7 +28,7 @@ struct NodeLayout {
   using Grid = NodeVelocity<dimension, Real>;
   static constexpr bool centred(int, int) { return false; }
   static constexpr int component(int, int number) { return number; }
-  static auto& at(auto& velocity, int component, std::size_t i) { return velocity[i][component]; }
+  static auto& at(auto& velocity, int component, std::size_t i) { return velocity[i].data()[component]; }   // unchecked: it is in every loop
   static auto& mass(auto& masses, int) { return masses; }
   static std::int64_t& light(Grid& grid) { return grid.light_nodes; }
   static void clear(Field& velocity, std::size_t size) { velocity.assign(size, Vec<dimension, Real>::Zero()); }

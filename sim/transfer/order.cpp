@@ -18,7 +18,7 @@ class Recent {
   /// What find(key) gives, from memory where possible.
   template <class Find>
   Value operator()(std::int64_t key, const Find& find) {
-    Entry& e = entries_[std::size_t(key) % entries_.size()];
+    Entry& e = entries_[std::size_t((std::uint64_t(key) * 0x9e3779b97f4a7c15u) >> 56)];
     if (e.key != key) e = {key, find(key)};
     return e.value;
   }
@@ -28,7 +28,7 @@ class Recent {
     std::int64_t key = -1;
     Value value{};
   };
-  std::array<Entry, 64> entries_{};
+  std::array<Entry, 256> entries_{};
 };
 
 void make_unique(std::vector<std::int64_t>& keys) {
@@ -158,16 +158,18 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   };
   const bool moves_rows = particles.row() <= kShortRow;
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
-  base::parallel_chunks(cells, 1024, [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(cells, 16 * per_block, [&](std::size_t begin, std::size_t end) {
     std::size_t ahead = ranges.begin[begin];
+    Cell<D> block{};
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t first = ranges.begin[k], last = ranges.begin[k + 1];
+      if (k % per_block == 0) block = lattice.block_at(ranges.occupied[k / per_block]);
       for (const std::size_t until = std::min<std::size_t>(last + kAhead, count); ahead < until; ++ahead) {   // where they come from is no pattern
         const std::size_t q = from_[ahead];
         __builtin_prefetch(&particles.id[q]), __builtin_prefetch(&particles.offset[q]);
       }
       if (first == last) continue;
-      const Cell<D> cell = Lattice<D>::cell_in(lattice.block_at(ranges.occupied[k / per_block]), int(k % per_block));
+      const Cell<D> cell = Lattice<D>::cell_in(block, int(k % per_block));
       place_by_id(from_.data() + first, last - first, particles.id, [&](std::size_t k_in_cell, std::uint32_t q) {
         const std::size_t p = first + k_in_cell;
         from_[p] = q;
