@@ -35,6 +35,9 @@ std::map<std::string, Look> shipped_looks() {
   looks["clay"] = {.model = "coated", .color = Vec3(0.42, 0.17, 0.09), .roughness = 0.8, .coat = 1.35};
   looks["steel"] = {.model = "conductor", .color = Vec3(0.56, 0.57, 0.58), .roughness = 0.3, .edge = Vec3(0.9, 0.92, 0.95)};
   looks["sand"] = {.color = Vec3(0.58, 0.43, 0.27)};
+  looks["dry_sand"] = {.color = Vec3(0.62, 0.47, 0.29), .draw = "grains"};
+  looks["wet_sand"] = {.color = Vec3(0.36, 0.26, 0.16), .draw = "grains"};
+  looks["water_mpm"] = looks["water"];
   looks["plaster"] = {.color = Vec3(0.72, 0.66, 0.58)};
   looks["slate"] = {.color = Vec3(0.075, 0.085, 0.1)};
   looks["ground"] = {.color = Vec3(0.60, 0.59, 0.57)};

@@ -93,7 +93,7 @@ struct Shot {
 }  // namespace
 
 Grains grains_of(sim::Frame frame) {
-  return {.position = std::move(frame.position), .velocity = std::move(frame.velocity), .id = std::move(frame.id), .body = {}, .radius = frame.pscale};
+  return {.position = std::move(frame.position), .velocity = std::move(frame.velocity), .id = std::move(frame.id), .body = std::move(frame.body), .radius = frame.pscale};
 }
 
 struct PathTracer::Impl {

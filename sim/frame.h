@@ -15,6 +15,7 @@ struct Frame {
   std::vector<base::Vec3f> position;  // [m] world
   std::vector<base::Vec3f> velocity;  // [m/s]
   std::vector<std::int64_t> id;       // from 0, kept for life
+  std::vector<std::uint16_t> body;    // number of the scene's body, from 0; empty: all are of one kind
   double pscale = 0;                  // [m] radius of a sphere (in 2-D: a disc) with a particle's volume, the same for all
 };
 
@@ -27,6 +28,7 @@ struct Totals {
   double mass = 0, volume = 0;            // [kg], [m^3]
   double kinetic_energy = 0;              // [J] sum of 1/2 m c_r^2 D_r over particles and modes
   double potential_energy = 0;            // [J] measured from the domain's floor; without the part along periodic axes, which have none
+  std::optional<double> elastic_energy;   // [J] stored in deformation; liquids store none
   base::Vec3 linear_momentum = base::Vec3::Zero();    // [kg m/s]
   base::Vec3 angular_momentum = base::Vec3::Zero();   // [kg m^2/s] about the domain's lower corner
   double max_speed = 0;                   // [m/s]
@@ -40,6 +42,10 @@ struct Totals {
   std::int64_t pressure_fallbacks = 0;    // solves that went on with incomplete Cholesky, since the frame before
   std::int64_t splitting_fallbacks = 0;   // steps that did not reflect because the energy rose, since the frame before
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
+  // Of solids, since the frame before:
+  std::int64_t held_strains = 0;          // particle steps in which a law met the end of its range
+  std::int64_t steps_by_sound = 0, steps_by_loose = 0, steps_by_motion = 0;   // what set the length of steps; the rest ended the frame
+  double shortest_step = 0;               // [s]
 };
 
 }  // namespace sim

@@ -3,6 +3,8 @@
 #include "sim/effects/gravity.h"
 #include "sim/transfer/modes.h"
 
+#include <algorithm>
+
 namespace sim {
 namespace {
 
@@ -20,20 +22,56 @@ bool any_side(const Options& o, Side side) {
   return false;
 }
 
+bool is_fluid(const Scene& s) { return !s.options.is_solid(); }
+bool is_solid(const Scene& s) { return s.options.is_solid(); }
+
+/// Whether any body of a solid scene is so.
+template <class Is>
+bool any_solid(const Scene& s, const Is& is) {
+  return is_solid(s) && std::any_of(s.bodies.begin(), s.bodies.end(), is);
+}
+
+/// Whether a fluid has the scheme, or any body of a solid scene: each may have its own.
+template <class Has>
+bool any_scheme(const Scene& s, const Has& has) {
+  if (is_fluid(s)) return has(s.options);
+  return any_solid(s, [&](const Body& b) { return has(with_scheme_of(b, s.options)); });
+}
+
+/// Most modes that a particle of the scene carries a component.
+std::int64_t most_modes(const Scene& s) {
+  std::int64_t most = 1;
+  any_scheme(s, [&](const Options& o) { return most = std::max(most, mode_count(o)), false; });
+  return most;
+}
+
+template <Elasticity kind>
+bool has_model(const Scene& s) { return any_solid(s, [](const Body& b) { return b.solid.model == kind; }); }
+template <Plasticity kind>
+bool has_plasticity(const Scene& s) { return any_solid(s, [](const Body& b) { return b.solid.plasticity == kind; }); }
+template <Contact kind>
+bool has_contact(const Scene& s) {
+  if (!is_solid(s)) return false;
+  constexpr Side side = kind == Contact::sticky ? Side::sticky : Side::separating;
+  return any_side(s.options, side) || std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return c.contact == kind; });
+}
+template <Carry kind>
+bool carries_solids(const Scene& s) { return is_solid(s) && any_scheme(s, [](const Options& o) { return o.carry == kind; }); }
+
 template <Transfer kind>
-bool has_transfer(const Scene& s) { return s.options.transfer == kind; }
+bool has_transfer(const Scene& s) { return any_scheme(s, [](const Options& o) { return o.transfer == kind; }); }
 template <Kernel kind>
 bool has_kernel(const Scene& s) { return s.options.kernel == kind; }
 template <Carry kind>
-bool has_carry(const Scene& s) { return s.options.carry == kind; }
+bool has_carry(const Scene& s) { return is_fluid(s) && s.options.carry == kind; }
 template <Seeding kind>
 bool has_seeding(const Scene& s) { return s.options.seeding == kind; }
 template <Precision kind>
 bool has_precision(const Scene& s) { return s.options.precision == kind; }
 template <Splitting kind>
-bool has_splitting(const Scene& s) { return s.options.splitting == kind; }
+bool has_splitting(const Scene& s) { return is_fluid(s) && s.options.splitting == kind; }
 template <Advection kind>
-bool has_advection(const Scene& s) { return s.options.advection == kind; }
+bool has_advection(const Scene& s) { return is_fluid(s) && s.options.advection == kind; }
 template <std::int64_t number>
 bool has_dimension(const Scene& s) { return s.options.dimension == number; }
 
@@ -47,6 +85,7 @@ std::span<const base::PassRow> pass_rows() {
   static const std::vector<base::PassRow> rows = {
       {"sort", Often::step, {"particles"}, {"particles", "blocks"}},
       {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
+      {"grid_update", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"pressure", Often::step, {"grid velocity", "blocks", "solids"}, {"grid velocity"}},
       {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
@@ -68,32 +107,59 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
          return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d}};
        }},
+      {"solid", {"sim.solver=solid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.sound_cfl", "shot.fps", "body.NAME"},
+       is_solid, {"sort", "p2g", "grid_update", "g2p"},
+       [](const Scene& s) {
+         const std::int64_t d = s.options.dimension, real = real_bytes(s);
+         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d * most_modes(s)},
+                                       {"deformation", real * (d * d + 1)}, {"stress", real * d * (d + 1) / 2}};
+       }},
+      {"fixed corotated elasticity", {"body.NAME.material.model=fixed_corotated", "body.NAME.material=snow"}, has_model<Elasticity::fixed_corotated>},
+      {"neo-Hookean elasticity", {"body.NAME.material.model=neo_hookean", "body.NAME.material=jelly", "body.NAME.material=rubber"},
+       has_model<Elasticity::neo_hookean>},
+      {"Hencky elasticity", {"body.NAME.material.model=hencky"}, has_model<Elasticity::hencky>},
+      {"Tait's liquid", {"body.NAME.material.model=tait", "body.NAME.material=water_mpm"}, has_model<Elasticity::tait>},
+      {"no plasticity", {"body.NAME.material.plasticity=none"}, has_plasticity<Plasticity::none>},
+      {"von Mises plasticity", {"body.NAME.material.plasticity=von_mises", "body.NAME.material=steel", "body.NAME.material=clay"},
+       has_plasticity<Plasticity::von_mises>},
+      {"Drucker-Prager plasticity", {"body.NAME.material.plasticity=drucker_prager", "body.NAME.material=dry_sand", "body.NAME.material=wet_sand"},
+       has_plasticity<Plasticity::drucker_prager>},
+      {"snow plasticity", {"body.NAME.material.plasticity=snow"}, has_plasticity<Plasticity::snow>},
+      {"volume averaging", {"body.NAME.material.volume_averaging"},
+       [](const Scene& s) { return any_solid(s, [](const Body& b) { return b.solid.volume_averaging; }); }},
       {"three dimensions", {"sim.dimension"}, has_dimension<3>},
       {"two dimensions", {"sim.dimension"}, has_dimension<2>},
       {"linear kernel", {"sim.kernel=linear"}, has_kernel<Kernel::linear>},
       {"quadratic kernel", {"sim.kernel=quadratic"}, has_kernel<Kernel::quadratic>},
-      {"pic", {"sim.transfer=pic"}, has_transfer<Transfer::pic>},
-      {"flip", {"sim.transfer=flip", "sim.flip_time"}, has_transfer<Transfer::flip>},
-      {"apic", {"sim.transfer=apic"}, has_transfer<Transfer::apic>, {},
-       [](const Scene& s) { return std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (affine_count(s.options) - 1)}}; }},
-      {"polypic", {"sim.transfer=polypic", "sim.modes=multilinear", "sim.modes=quadratic", "sim.modes=full"}, has_transfer<Transfer::polypic>, {},
-       [](const Scene& s) { return std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (mode_count(s.options) - 1)}}; }},
+      {"pic", {"sim.transfer=pic", "body.NAME.transfer=pic"}, has_transfer<Transfer::pic>},
+      {"flip", {"sim.transfer=flip", "sim.flip_time", "body.NAME.transfer=flip"}, has_transfer<Transfer::flip>},
+      {"apic", {"sim.transfer=apic", "body.NAME.transfer=apic"}, has_transfer<Transfer::apic>, {},
+       [](const Scene& s) { return is_solid(s) ? std::vector<Attribute>{} : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (affine_count(s.options) - 1)}}; }},
+      {"polypic", {"sim.transfer=polypic", "sim.modes=multilinear", "sim.modes=quadratic", "sim.modes=full", "body.NAME.transfer=polypic",
+                   "body.NAME.modes=multilinear", "body.NAME.modes=quadratic", "body.NAME.modes=full"}, has_transfer<Transfer::polypic>, {},
+       [](const Scene& s) { return is_solid(s) ? std::vector<Attribute>{} : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (mode_count(s.options) - 1)}}; }},
       {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}},
       {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}},
       {"fixed carry", {"sim.carry=fixed"}, has_carry<Carry::fixed>},
+      {"limited carry of solids", {"body.NAME.carry=limited", "sim.carry=limited"}, carries_solids<Carry::limited>},
+      {"hybrid carry of solids", {"body.NAME.carry=hybrid", "sim.carry=hybrid"}, carries_solids<Carry::hybrid>},
+      {"fixed carry of solids", {"body.NAME.carry=fixed", "sim.carry=fixed"}, carries_solids<Carry::fixed>},
       {"lie splitting", {"sim.splitting=lie"}, has_splitting<Splitting::lie>},
       {"reflection", {"sim.splitting=reflection"}, has_splitting<Splitting::reflection>, {"reflect"}},
       {"midpoint advection", {"sim.advection=rk2"}, has_advection<Advection::rk2>},
       {"third-order advection", {"sim.advection=rk3"}, has_advection<Advection::rk3>},
-      {"volume correction", {"sim.volume_correction"}, [](const Scene& s) { return s.options.volume_correction > 0; }, {"volume"}},
+      {"volume correction", {"sim.volume_correction"}, [](const Scene& s) { return is_fluid(s) && s.options.volume_correction > 0; }, {"volume"}},
       {"single precision", {"sim.precision=single"}, has_precision<Precision::single_precision>},
       {"double precision", {"sim.precision=double"}, has_precision<Precision::double_precision>},
       {"jittered seeding", {"sim.seeding=jitter", "sim.seed"}, has_seeding<Seeding::jitter>},
       {"regular seeding", {"sim.seeding=regular"}, has_seeding<Seeding::regular>},
       {"gravity", {"effect.N.kind=gravity", "effect.N.acceleration"}, [](const Scene& s) { return !gravity(s).isZero(0); }, {"forces"}},
       {"walls", {"sim.boundary=slip"}, [](const Scene& s) { return any_side(s.options, Side::slip); }, {"collide"}},
+      {"sticky contact", {"sim.boundary=sticky", "collider.NAME.contact=sticky"}, has_contact<Contact::sticky>, {"collide"}},
+      {"separating contact", {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
+       has_contact<Contact::separating>, {"collide"}},
       {"periodic sides", {"sim.boundary=periodic"}, [](const Scene& s) { return any_side(s.options, Side::periodic); }},
-      {"colliders", {"collider.NAME"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide"}},
+      {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide"}},
   };
   return rows;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -19,14 +20,15 @@ constexpr std::array kTransferNames{"pic"sv, "flip"sv, "apic"sv, "polypic"sv};
 constexpr std::array kKernelNames{"linear"sv, "quadratic"sv};
 constexpr std::array kSeedingNames{"jitter"sv, "regular"sv};
 constexpr std::array kPrecisionNames{"single"sv, "double"sv};
-constexpr std::array kSolverNames{"fluid"sv};
+constexpr std::array kSolverNames{"fluid"sv, "solid"sv};
 constexpr std::array kSplittingNames{"lie"sv, "reflection"sv};
 constexpr std::array kAdvectionNames{"rk2"sv, "rk3"sv};
 constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
-constexpr std::array kSideNames{"slip"sv, "periodic"sv};
+constexpr std::array kSideNames{"slip"sv, "periodic"sv, "sticky"sv, "separating"sv};
+constexpr std::array kContactNames{"sticky"sv, "slip"sv, "separating"sv};
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
 constexpr int kFewestPeriodicCells = 4;
-constexpr std::array kMaterialNames{"water"sv};
+constexpr std::array kMaterialNames{"water"sv, "jelly"sv, "rubber"sv, "steel"sv, "clay"sv, "dry_sand"sv, "wet_sand"sv, "snow"sv, "water_mpm"sv};
 constexpr std::array kEffectNames{"gravity"sv};
 
 bool is_multiple(double length, double cell) {
@@ -79,8 +81,8 @@ void check_domain(const Options& o, base::Params& p) {
 void check_boundary(const Options& o, base::Params& p) {
   for (std::size_t a = 0; a < std::size_t(o.dimension); ++a)
     for (std::size_t side = 0; side < 2; ++side) {
-      if (o.boundary[a][side] != Side::periodic) continue;
       const std::string key = "boundary." + std::string(kSideKeys[a][side]);
+      if (o.boundary[a][side] != Side::periodic) continue;
       const auto cells = std::llround(o.domain.size()[Eigen::Index(a)] / o.cell);
       p.require(o.boundary[a][1 - side] == Side::periodic, key, fmt::format("needs sim.boundary.{} = \"periodic\" too", kSideKeys[a][1 - side]));
       p.require(cells >= kFewestPeriodicCells, key, fmt::format("needs at least {} cells between the two sides; there are {}", kFewestPeriodicCells, cells));
@@ -99,16 +101,33 @@ void check_transfer(const Options& o, base::Params& p) {
                           o.dimension == 2 ? " in two dimensions" : ""));
     p.require(o.modes.name != "quadratic" || !linear, "modes", "the set \"quadratic\" needs sim.kernel = \"quadratic\"");
   }
-  p.require(o.splitting != Splitting::reflection || o.carry != Carry::limited, "carry",
+  if (o.is_solid()) p.require(!linear, "kernel", "solids need the quadratic kernel: forces of the linear one jump from cell to cell");
+  p.require(o.is_solid() || o.splitting != Splitting::reflection || o.carry != Carry::limited, "carry",
             "must be fixed or hybrid with sim.splitting = \"reflection\": a flow that is limited everywhere gains energy there");
-  if (o.carry == Carry::fixed) return;
+  if (o.carry == Carry::fixed || o.is_solid()) return;
   const bool bends = o.modes.name.empty() ? o.modes.count == 0 || o.modes.count > int_power(2, int(o.dimension)) : o.modes.name != "multilinear";
   p.require(polypic, "carry", "needs sim.transfer = \"polypic\": only modes that bend within a cell are limited, and no other transfer has any");
   p.require(!polypic || !linear, "carry", "needs sim.kernel = \"quadratic\": limiting the linear kernel's modes would throw its accuracy away");
   p.require(!polypic || linear || bends, "carry", "needs more sim.modes: only modes that bend within a cell are limited, and this set has none");
 }
 
+/// A body's own scheme, where the shot gives it one.
+void check_body(const Body& body, const Options& options, const std::string& key, base::Params& p) {
+  const Options own = with_scheme_of(body, options);
+  p.require(body.modes.count == 0 && body.modes.name.empty() ? true : own.transfer == Transfer::polypic, key + ".modes", "needs transfer = \"polypic\"");
+  p.require(own.modes.count <= int_power(3, int(options.dimension)), key + ".modes", fmt::format("must be at most {}", int_power(3, int(options.dimension))));
+}
+
 }  // namespace
+
+Options with_scheme_of(const Body& body, Options o) {
+  const auto place_of = [](const auto& names, const std::string& name) { return std::size_t(std::find(names.begin(), names.end(), name) - names.begin()); };
+  if (!body.transfer.empty()) o.transfer = static_cast<Transfer>(place_of(kTransferNames, body.transfer));
+  if (!body.carry.empty()) o.carry = static_cast<Carry>(place_of(kCarryNames, body.carry));
+  if (body.modes.count > 0 || !body.modes.name.empty()) o.modes = body.modes;
+  if (o.transfer != Transfer::polypic) o.modes = {};
+  return o;
+}
 
 void Shape::params(base::Params& p) {
   p("box", box, "m", "two opposite corners of a box", "not a box");
@@ -155,16 +174,33 @@ base::Box Shape::bounds() const {
 void Body::params(base::Params& p) {
   p("name", name, "unique name, used by --set body.NAME.key");
   p.table("shape", "where the material is at the first frame", [&](base::Params& q) { shape.params(q); });
-  p.preset_or_table("material", material, kMaterialNames, "what the body is made of", [&](base::Params& q) {
-    q("density", density, "kg/m^3", "mass per volume", base::above(0));
+  const auto presets = p.when(is_solid) && p.when(!is_solid) ? std::span<const std::string_view>(kMaterialNames)   // whoever describes sees them all
+                       : is_solid                            ? material_presets()
+                                                             : std::span<const std::string_view>(kMaterialNames).first(1);
+  if (is_solid) material = material_presets().front();
+  p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"", [&](base::Params& q) {
+    if (is_solid) solid = preset_material(material);
+    if (q.when(!is_solid)) q("density", density, "kg/m^3", "mass per volume", base::above(0));
+    if (q.when(is_solid)) solid.params(q);
   });
   p("velocity", velocity, "m/s", "velocity at the first frame");
+  if (p.when(is_solid)) {
+    if (p.vector_size() == 3) p("spin", spin, "rad/s", "turning at the first frame, about the body's middle");
+    else p("spin", spin.z(), "rad/s", "turning at the first frame, about the body's middle");
+    p("transfer", transfer, "what this body's particles carry; unset: sim.transfer", kTransferNames);
+    p.count_or_name({"modes", "1", "modes of this body's particles, with transfer = \"polypic\"", {}, kModeSetNames, "sim.modes"}, modes);
+    p("carry", carry, "how this body's coefficients reach the next step; unset: sim.carry", kCarryNames);
+  }
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the body in pictures; unset: the look named as the material");
 }
 
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
   p.table("shape", "where the solid stands", [&](base::Params& q) { shape.params(q); });
+  if (p.when(meets_solids)) {
+    p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
+    if (p.when(contact == Contact::separating)) p("friction", friction, "1", "Coulomb's coefficient of friction", base::at_least(0));
+  }
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the solid in pictures");
 }
 
@@ -177,13 +213,19 @@ void Options::params(base::Params& p) {
   p("dimension", dimension, "1", "dimensions of space: 3, or 2 for a plane seen flat, y up", base::within(2, 3));
   p.vectors_have(dimension);
   if (dimension == 2) domain.lower.z() = domain.upper.z() = 0, particles_per_cell = 4;
-  p("solver", solver, "what is solved: fluid is an incompressible liquid with a free surface", kSolverNames);
+  p("solver", solver, "what is solved: fluid is an incompressible liquid with a free surface, solid elastic and plastic bodies", kSolverNames);
+  if (is_solid()) {
+    kernel = Kernel::quadratic, carry = Carry::hybrid, cfl = 0.4;
+    for (auto& sides : boundary) sides = {Side::separating, Side::separating};
+  }
   p("domain", domain, "m", "two opposite corners of the box that is simulated");
   p("cell", cell, "m", "edge of a grid cell", base::above(0));
   p.table("boundary", "the sides of the domain", [&](base::Params& q) {
+    const auto names = std::span<const std::string_view>(kSideNames).first(q.when(is_solid()) ? kSideNames.size() : 2);   // liquids slip
     for (int a = 0; a < 3; ++a)
       for (std::size_t side = 0; side < 2 && q.when(a < dimension); ++side)
-        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], kSideNames, "a wall along which the liquid slips, or one with the side across");
+        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], names, "a wall (liquids slip along it), or one with the side across");
+    if (q.when(is_solid())) q("friction", wall_friction, "1", "Coulomb's coefficient of friction of separating sides", base::at_least(0));
   });
   p("particles_per_cell", particles_per_cell, "1", "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset",
     base::within(1, 64));
@@ -192,17 +234,21 @@ void Options::params(base::Params& p) {
   p.count_or_name({"modes", "1", "polynomial modes a particle carries, with transfer = \"polypic\": a prefix count or a named set",
                    {}, kModeSetNames, "full"}, modes);
   p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step", base::within(0.05, 4));
+  if (p.when(is_solid())) p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
+                            base::within(0.01, 0.5));
   p("seed", seed, "1", "seed of the particles' jitter", base::at_least(0));
   p.choice("seeding", seeding, kSeedingNames, "where particles start within a cell");
   p("flip_time", flip_time, "s", "time constant of the decay to PIC, with transfer = \"flip\"", base::above(0),
     "49.75 cells at the speed of a fall through the domain");
-  p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1));
+  if (p.when(!is_solid())) p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1));
   p.choice("precision", precision, kPrecisionNames, "floating point type of particles and grid");
-  p.choice("splitting", splitting, kSplittingNames,
-           "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
-  p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
-  p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none",
-    base::within(0, 1));
+  if (p.when(!is_solid())) {
+    p.choice("splitting", splitting, kSplittingNames,
+             "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
+    p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
+    p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none",
+      base::within(0, 1));
+  }
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
 
@@ -254,8 +300,11 @@ std::vector<Shape> with_images(const Shape& shape, const Options& o) {
 
 void Scene::params(base::Params& p) {
   p.table("sim", "the simulation", [&](base::Params& q) { options.params(q); });
-  p.list("body", bodies, "material at the first frame");
-  p.list("collider", colliders, "solids that stand still");
+  Body body;
+  Collider collider;
+  body.is_solid = collider.meets_solids = options.is_solid();
+  p.list("body", bodies, "material at the first frame", body);
+  p.list("collider", colliders, "solids that stand still", collider);
   p.list("effect", effects, "what acts; nothing acts unless it is named",
          options.dimension == 2 ? Effect{.acceleration = base::Vec3(0, -9.81, 0)} : Effect{});
 
@@ -269,8 +318,9 @@ void Scene::params(base::Params& p) {
   p.require(unique(colliders), "collider", "two colliders have the same name");
   const double most = most_particles(*this);
   p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
-  for (const Body& body : bodies)
-    p.require(body.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
+  for (std::size_t i = 0; i < bodies.size() && options.is_solid(); ++i) check_body(bodies[i], options, "body." + std::to_string(i + 1), p);
+  for (const Body& one : bodies)
+    p.require(options.is_solid() || one.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
 }
 
 }  // namespace sim

@@ -9,6 +9,7 @@
 
 #include "base/params.h"
 #include "base/vec.h"
+#include "sim/material.h"
 
 namespace sim {
 
@@ -22,8 +23,10 @@ enum class Splitting { lie, reflection };
 /// How particles move in a step's field.
 enum class Advection { rk2, rk3 };
 enum class Precision { single_precision, double_precision };
-/// What is at a side of the domain: a wall along which the liquid slips, or the other side.
-enum class Side { slip, periodic };
+/// What is at a side of the domain: a wall, as a Contact, or the other side.
+enum class Side { slip, periodic, sticky, separating };
+/// What a solid does at a wall or collider: sticks, slips without leaving it, or leaves it when pulled and rubs when pressed.
+enum class Contact { sticky, slip, separating };
 
 /// Numbers of cells fit in 64 bits, those along an axis in 32. Only the cells around particles are stored.
 inline constexpr double kMostCells = 1e17, kMostCellsOfAnEdge = 1e9;
@@ -49,9 +52,14 @@ struct Body {
   std::string name;
   Shape shape;
   std::string material = "water";            // preset
-  double density = 1000;                     // [kg/m^3]
+  double density = 1000;                     // [kg/m^3] of a liquid
+  Material solid;                            // of a solid: what the preset says, changed by the shot
   base::Vec3 velocity = base::Vec3::Zero();  // [m/s] at t = 0
+  base::Vec3 spin = base::Vec3::Zero();      // [rad/s] at t = 0, about the body's centre of mass; solids only
+  std::string transfer, carry;               // of this body; empty: those of [sim]; solids only
+  base::CountOrName modes;                   // likewise
   std::string look;                          // empty: the look named as the material
+  bool is_solid = false;                     // which keys it has: the scene's solver decides
   void params(base::Params&);
 };
 
@@ -59,6 +67,9 @@ struct Body {
 struct Collider {
   std::string name;
   Shape shape;
+  Contact contact = Contact::separating;     // of solids; fluids slip
+  double friction = 0;                       // [1] Coulomb's, of a separating contact
+  bool meets_solids = false;                 // which keys it has: the scene's solver decides
   std::string look = "plaster";
   void params(base::Params&);
 };
@@ -81,7 +92,9 @@ struct Options {
   Transfer transfer = Transfer::polypic;
   Kernel kernel = Kernel::linear;
   base::CountOrName modes;                                     // unset: the full set of the kernel (polypic only)
-  double cfl = 1;                                              // [1] cells a particle may cross in a sub-step
+  double cfl = 1;                                              // [1] cells a particle may cross in a sub-step; solids: 0.4
+  double sound_cfl = 0.3;                                      // [1] cells that sound may cross in a sub-step; solids only
+  double wall_friction = 0;                                    // [1] Coulomb's, of separating sides; solids only
   std::int64_t seed = 1;
   Seeding seeding = Seeding::jitter;
   std::optional<double> flip_time;                             // [s]
@@ -91,9 +104,13 @@ struct Options {
   Advection advection = Advection::rk2;
   double volume_correction = 0.1;                              // [1] of its liquid's change in density that a step takes back; 0: none
   Carry carry = Carry::fixed;
+  bool is_solid() const { return solver == "solid"; }
   bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);
 };
+
+/// `options` with the transfer, modes and carry that a solid body has of its own.
+Options with_scheme_of(const Body&, Options options);
 
 /// `shape` and, where it reaches across a periodic side of the domain, its images at the other side.
 std::vector<Shape> with_images(const Shape& shape, const Options&);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "base/error.h"
 #include "surface/files/vdb_file.h"
@@ -27,13 +28,14 @@ using Leaf = openvdb::points::PointDataTree::LeafNodeType;
 using VectorArray = openvdb::points::TypedAttributeArray<Vec3f>;        // NullCodec: as it is
 using IdArray = openvdb::points::TypedAttributeArray<std::int64_t>;
 using ScaleArray = openvdb::points::TypedAttributeArray<float>;
+using BodyArray = openvdb::points::TypedAttributeArray<std::int32_t>;
 
 /// [m] power of two next to the edge of a cell with eight particles.
 double point_voxel(const sim::Frame& frame) { return frame.pscale > 0 ? std::exp2(std::round(std::log2(3.2 * frame.pscale))) : 1.0 / 32; }
 
 void check(const std::filesystem::path& path, const sim::Frame& frame, double voxel) {
   const std::size_t n = frame.position.size();
-  if (frame.velocity.size() != n || frame.id.size() != n) throw std::logic_error("frame arrays differ in length");
+  if (frame.velocity.size() != n || frame.id.size() != n || (!frame.body.empty() && frame.body.size() != n)) throw std::logic_error("frame arrays differ in length");
   const float reach = static_cast<float>(voxel * (1 << 30));
   for (std::size_t i = 0; i < n; ++i)
     if (!frame.velocity[i].allFinite() || !frame.position[i].allFinite() || frame.position[i].cwiseAbs().maxCoeff() > reach)
@@ -71,12 +73,13 @@ std::map<Coord, std::vector<std::uint32_t>> by_leaf(const std::vector<Placed>& p
   return leaves;
 }
 
-openvdb::points::AttributeSet::Descriptor::Ptr descriptor(float pscale) {
+openvdb::points::AttributeSet::Descriptor::Ptr descriptor(float pscale, bool has_bodies) {
   using Descriptor = openvdb::points::AttributeSet::Descriptor;
   Descriptor::Ptr d = Descriptor::create(VectorArray::attributeType());
   d = d->duplicateAppend("v", VectorArray::attributeType());
   d = d->duplicateAppend("id", IdArray::attributeType());
   d = d->duplicateAppend("pscale", ScaleArray::attributeType());
+  if (has_bodies) d = d->duplicateAppend("body", BodyArray::attributeType());
   const openvdb::TypedMetadata<float> scale(pscale);
   d->setDefaultValue("pscale", scale);
   return d;
@@ -92,6 +95,10 @@ void fill(Leaf& leaf, std::vector<std::uint32_t>& members, const std::vector<Pla
   openvdb::points::AttributeWriteHandle<Vec3f> position(leaf.attributeArray("P")), velocity(leaf.attributeArray("v"));
   openvdb::points::AttributeWriteHandle<std::int64_t> id(leaf.attributeArray("id"));
   openvdb::points::AttributeWriteHandle<float> pscale(leaf.attributeArray("pscale"));
+  if (!frame.body.empty()) {
+    openvdb::points::AttributeWriteHandle<std::int32_t> body(leaf.attributeArray("body"));
+    for (openvdb::Index k = 0; k < n; ++k) body.set(k, frame.body[placed[members[k]].particle]);
+  }
   std::vector<Leaf::ValueType> end(Leaf::NUM_VALUES, 0);
   for (openvdb::Index k = 0; k < n; ++k) {
     const Placed& p = placed[members[k]];
@@ -112,7 +119,7 @@ PointDataGrid::Ptr to_grid(const sim::Frame& frame, double voxel) {
   grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
   const std::vector<Placed> placed = place(frame, voxel);
   auto leaves = by_leaf(placed);
-  const auto attributes = descriptor(static_cast<float>(frame.pscale));
+  const auto attributes = descriptor(static_cast<float>(frame.pscale), !frame.body.empty());
   std::vector<std::pair<Leaf*, std::vector<std::uint32_t>*>> work;
   for (auto& [origin, members] : leaves) {
     auto leaf = std::make_unique<Leaf>(origin);
@@ -143,12 +150,18 @@ void gather(const std::filesystem::path& path, const Leaf& leaf, const openvdb::
   const Attributes at = find_attributes(path, leaf);
   const openvdb::points::AttributeHandle<Vec3f> position(leaf.constAttributeArray(at.position)), velocity(leaf.constAttributeArray(at.velocity));
   const openvdb::points::AttributeHandle<std::int64_t> id(leaf.constAttributeArray(at.id));
+  std::optional<openvdb::points::AttributeHandle<std::int32_t>> body;   // absent where all particles are of one body
+  if (const std::size_t has = leaf.attributeSet().find("body"); has != openvdb::points::AttributeSet::INVALID_POS) {
+    if (!leaf.constAttributeArray(has).isType<BodyArray>()) base::throw_input(path.string(), "attribute body has another type than expected");
+    body.emplace(leaf.constAttributeArray(has));
+  }
   for (auto point = leaf.beginIndexOn(); point; ++point) {
     const Vec3d x = transform.indexToWorld(point.getCoord().asVec3d() + Vec3d(position.get(*point)));
     const Vec3f v = velocity.get(*point);
     frame.position.emplace_back(float(x[0]), float(x[1]), float(x[2]));
     frame.velocity.emplace_back(v[0], v[1], v[2]);
     frame.id.push_back(id.get(*point));
+    if (body) frame.body.push_back(static_cast<std::uint16_t>(body->get(*point)));
   }
 }
 
@@ -167,6 +180,7 @@ void sort_by_id(sim::Frame& frame) {
   frame.position = permuted(frame.position, order);
   frame.velocity = permuted(frame.velocity, order);
   frame.id = permuted(frame.id, order);
+  if (!frame.body.empty()) frame.body = permuted(frame.body, order);
 }
 
 template <class T>

@@ -50,6 +50,39 @@ name = "disc"
 shape = { sphere = { center = [0.6, 0.1], radius = 0.08 } }
 )";
 
+inline const std::string kBlock = R"([shot]
+frames = 2
+fps = 24
+checkpoint_every = 2
+[sim]
+solver = "solid"
+domain = [[0, 0, 0], [0.8, 0.4, 0.4]]
+cell = 0.1
+[[body]]
+name = "block"
+shape = { box = [[0.1, 0.1, 0], [0.4, 0.3, 0.2]] }
+[render]
+width = 32
+height = 16
+spp = 1
+)";
+inline const std::string kPlate = R"([shot]
+frames = 2
+fps = 24
+checkpoint_every = 2
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [0.8, 0.4]]
+cell = 0.05
+[[body]]
+name = "block"
+shape = { box = [[0.1, 0.1], [0.4, 0.2]] }
+[render]
+width = 64
+height = 32
+)";
+
 inline std::string look(const std::string& keys) { return "[look.special]\n" + keys; }
 
 inline std::vector<SmallShot> small_shots() {
@@ -99,6 +132,14 @@ inline std::vector<SmallShot> small_shots() {
       {"denoised", kTank, {"render.denoise=picture"}},
       {"denoised_layer", kTank, {"render.denoise=layer"}},
       {"plain", kTank, {"render.view=srgb"}},
+      {"solid", kBlock},
+      {"solid_falling", kBlock + kGravity + kBall, {"collider.ball.contact=sticky", "sim.transfer=apic"}},
+      {"solid_metal", kBlock + kGravity, {"body.block.material=clay", "sim.carry=limited"}},
+      {"solid_sand", kBlock + kGravity, {"body.block.material=dry_sand", "body.block.transfer=pic"}},
+      {"solid_snow", kBlock + kGravity, {"body.block.material=snow", "body.block.transfer=flip"}},
+      {"solid_liquid", kBlock + kGravity, {"body.block.material=water_mpm", "sim.boundary={z_lower=\"sticky\",x_lower=\"slip\"}"}},
+      {"solid_fixed", kBlock + kGravity, {"body.block.material={volume_averaging=true}", "body.block.carry=fixed", "body.block.modes=8"}},
+      {"flat_solid", kPlate + kGravity},
       {"flat", kFlatTank},
       {"flat_falling", kFlatTank + kGravity + kDisc},
       {"flat_quadratic", kFlatTank + kGravity, {"sim.kernel=quadratic", "sim.carry=limited"}},

@@ -81,6 +81,11 @@ Node merged(const Layers& layers, const std::string& quality, bool with_sets) {
     for (const Node& set : layers.sets) overlay(user, set);
 
   Node root = rung(quality, layers.file);
+  const Node* solver = find(user, "sim", "solver");
+  if (solver && solver->text == "solid") {
+    root.at("sim").at("kernel").text = "quadratic";   // the only one that solids have
+    root.at("sim").remove("splitting");               // theirs is no choice
+  }
   const Node* transfer = find(user, "sim", "transfer");
   if (transfer && transfer->text != "polypic") root.at("sim").remove("modes");
   // The rung's carry is for the rung's modes.

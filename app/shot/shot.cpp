@@ -57,6 +57,11 @@ Reading read_text(std::string_view text, const std::string& file, const Override
 
 std::string look_of(const sim::Body& body) { return body.look.empty() ? body.material : body.look; }
 
+bool is_grainy(const std::map<std::string, render::Look>& looks, const std::string& look) {
+  const auto found = looks.find(look);
+  return found != looks.end() && found->second.draw == "grains";
+}
+
 void require_look(base::Params& p, const std::map<std::string, render::Look>& looks, const std::string& look, const std::string& key) {
   std::string names;
   for (const auto& [name, unused] : looks) names += (names.empty() ? "" : ", ") + name;
@@ -72,6 +77,8 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.render.folder = file.parent_path();
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
+  if (shot.scene.options.is_solid())
+    for (const sim::Body& body : shot.scene.bodies) shot.render.body_looks.push_back(look_of(body));
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;
   for (render::SetPiece& piece : shot.render.sets) piece.file = file.parent_path() / piece.file;
@@ -92,6 +99,7 @@ Node complete_node(Declared declared) {
 // Looks and lights that come with the program are read like keys: another version may have others.
 void add_built_in(const render::Setting& setting, Node& keys) {
   std::vector<std::string> used = {setting.liquid_look, "ground"};
+  used.insert(used.end(), setting.body_looks.begin(), setting.body_looks.end());
   for (const sim::Collider& collider : setting.colliders) used.push_back(collider.look);
   for (const render::SetPiece& piece : setting.sets) used.push_back(piece.look);
   for (const std::string& name : used)
@@ -177,7 +185,10 @@ void Shot::params(base::Params& p) {
     p.require(body.shape.box || body.shape.sphere, key + ".shape", "a body needs a shape");
     if (flat) continue;
     require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
-    p.require(look_of(body) == look_of(scene.bodies.front()), key + ".look", "one liquid has one look: all bodies must have the same");
+    const bool same = look_of(body) == look_of(scene.bodies.front());
+    if (!scene.options.is_solid()) p.require(same, key + ".look", "one liquid has one look: all bodies must have the same");
+    else p.require(same || (is_grainy(render.looks, look_of(body)) && is_grainy(render.looks, look_of(scene.bodies.front()))), key + ".look",
+                   "bodies drawn as a surface must all have the same look; those drawn as grains may each have their own");
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const sim::Collider& collider = scene.colliders[i];

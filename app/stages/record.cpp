@@ -42,7 +42,11 @@ constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"p
                                                                             {"light_faces", &sim::Totals::light_faces},
                                                                             {"pressure_iterations", &sim::Totals::pressure_iterations},
                                                                             {"pressure_fallbacks", &sim::Totals::pressure_fallbacks},
-                                                                            {"splitting_fallbacks", &sim::Totals::splitting_fallbacks}};
+                                                                            {"splitting_fallbacks", &sim::Totals::splitting_fallbacks},
+                                                                            {"held_strains", &sim::Totals::held_strains},
+                                                                            {"steps_by_sound", &sim::Totals::steps_by_sound},
+                                                                            {"steps_by_loose", &sim::Totals::steps_by_loose},
+                                                                            {"steps_by_motion", &sim::Totals::steps_by_motion}};
 
 // The sums of a frame under the names of run.json.
 void put_totals(const sim::Totals& totals, Json& out) {
@@ -53,10 +57,12 @@ void put_totals(const sim::Totals& totals, Json& out) {
   put("volume", totals.volume);
   put("kinetic_energy", totals.kinetic_energy);
   put("potential_energy", totals.potential_energy);
+  if (totals.elastic_energy) put("elastic_energy", *totals.elastic_energy);
   out["linear_momentum"] = array(totals.linear_momentum, "linear_momentum");
   out["angular_momentum"] = array(totals.angular_momentum, "angular_momentum");
   put("max_speed", totals.max_speed);
-  put("max_divergence", totals.max_divergence);
+  if (totals.elastic_energy) put("shortest_step", totals.shortest_step);
+  else put("max_divergence", totals.max_divergence);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   out["state_hash"] = hex16(totals.state_hash);
 }
@@ -73,7 +79,8 @@ sim::Totals totals_from(const Json& json) {
   totals.linear_momentum = vector(json.at("linear_momentum"));
   totals.angular_momentum = vector(json.at("angular_momentum"));
   totals.max_speed = json.at("max_speed");
-  totals.max_divergence = json.at("max_divergence");
+  if (json.contains("elastic_energy")) totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
+  else totals.max_divergence = json.at("max_divergence");
   if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
   for (const auto& [name, count] : kCounters) totals.*count = json.at(name);

@@ -1,0 +1,53 @@
+#pragma once
+// What walls and colliders do to the velocity of grid nodes. All stand still.
+#include "sim/colliders/solids.h"
+#include "sim/scene.h"
+
+namespace sim {
+
+/// A wall or collider as a node meets it.
+struct Rubbing {
+  Contact contact = Contact::separating;
+  double friction = 0;   // [1]
+};
+
+/// The velocity a node in contact is left with. `normal` points out of the solid. Sticky: none. Slip: what is along the solid. Separating: the
+/// same when it moves inwards, less what Coulomb's friction takes, at most friction times the change along the normal; else as it is.
+template <int D, class Real>
+Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, const Vec<D, Real>& velocity) {
+  if (solid.contact == Contact::sticky) return Vec<D, Real>::Zero();
+  const Real outward = velocity.dot(normal);
+  if (solid.contact == Contact::separating && outward >= 0) return velocity;
+  const Vec<D, Real> along = velocity - outward * normal;
+  if (solid.contact == Contact::slip || solid.friction == 0) return along;
+  const Real speed = along.norm(), taken = Real(solid.friction) * -outward;
+  return speed > taken ? Vec<D, Real>(along * ((speed - taken) / speed)) : Vec<D, Real>(Vec<D, Real>::Zero());
+}
+
+/// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it lies in it.
+template <int D>
+class NodeContacts {
+ public:
+  explicit NodeContacts(const Scene&);
+  bool empty() const { return sides_.empty() && bodies_.empty(); }
+  /// Corrects the velocities of the nodes of one block, in place.
+  template <class Real>
+  void apply(const Cell<D>& block, Vec<D, Real>* velocity) const;
+
+ private:
+  struct Side {
+    int axis = 0, node = 0;        // contact at and beyond this node
+    bool upper = false;
+    Rubbing rubbing;
+  };
+  struct Body {
+    Shape shape;
+    Rubbing rubbing;
+  };
+  double cell_ = 1;
+  base::Vec3 origin_ = base::Vec3::Zero();
+  std::vector<Side> sides_;
+  std::vector<Body> bodies_;
+};
+
+}  // namespace sim

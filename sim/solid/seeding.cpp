@@ -1,0 +1,144 @@
+#include "sim/solid/seeding.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/random.h"
+#include "sim/solid/make_model.h"
+
+namespace sim {
+namespace {
+
+/// The fast transfer of a mode set, where there is one.
+lanes::Kernels lanes_of(const std::vector<ModeIndex<3>>& modes) {
+  const auto is = [&](Transfer transfer, const base::CountOrName& wanted) { return modes == mode_set<3>(transfer, Kernel::quadratic, wanted); };
+  const bool known = is(Transfer::pic, {}) || is(Transfer::apic, {}) || is(Transfer::polypic, {.count = 0, .name = "multilinear"}) || is(Transfer::polypic, {});
+  return known ? lanes::nodes_quadratic(int(modes.size())) : lanes::Kernels{};
+}
+
+template <int D, class Real>
+Group<D, Real> empty_group(const Body& body, const Options& o) {
+  Group<D, Real> group;
+  group.scheme = Scheme<D>(with_scheme_of(body, o));
+  group.model = make_model(body.solid);
+  if constexpr (D == 3 && std::is_same_v<Real, float>)
+    if (!group.scheme.flip) group.kernels = lanes_of(group.scheme.modes);
+  group.averages = body.solid.volume_averaging;
+  group.density = body.solid.density;
+  group.rest_volume = std::pow(o.cell, D) / double(o.particles_per_cell);
+  group.particles.modes = int(group.scheme.modes.size());
+  group.particles.mass = group.density * group.rest_volume;
+  return group;
+}
+
+/// Cells that touch the bounds of a shape, both corners included; false when there is none in the domain.
+template <int D>
+bool touched_cells(const Shape& shape, const Options& o, const Lattice<D>& lattice, Cell<D>& lower, Cell<D>& upper) {
+  const base::Box bounds = shape.bounds();
+  for (int a = 0; a < D; ++a) {
+    if (bounds.upper[a] < o.domain.lower[a] || bounds.lower[a] > o.domain.upper[a]) return false;
+    const double last = double(lattice.cells[a]) - 1;
+    lower[a] = int(std::clamp(std::floor((bounds.lower[a] - o.domain.lower[a]) / o.cell), 0.0, last));
+    upper[a] = int(std::clamp(std::floor((bounds.upper[a] - o.domain.lower[a]) / o.cell), 0.0, last));
+  }
+  return true;
+}
+
+/// Velocity and its gradient [1/s] of a body that turns about `middle` become the coefficients of each particle.
+template <int D, class Real>
+void set_motion(const Body& body, const Options& o, Group<D, Real>& group) {
+  Particles<D, Real>& p = group.particles;
+  Vec<D, double> middle = Vec<D, double>::Zero();
+  for (std::size_t i = 0; i < p.size(); ++i) middle += p.place(i) / double(p.size());
+  Eigen::Matrix3d turning;   // v = velocity + turning (x - middle)
+  for (int a = 0; a < 3; ++a) turning.col(a) = body.spin.cross(base::Vec3(base::Vec3::Unit(a)));
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    base::Vec3 arm = base::Vec3::Zero();
+    arm.head<D>() = o.cell * (p.place(i) - middle);
+    const base::Vec3 v = body.velocity + turning * arm;
+    for (int c = 0; c < D; ++c)
+      for (int r = 0; r < p.modes; ++r) {
+        const ModeIndex<D>& mode = group.scheme.modes[std::size_t(r)];
+        double value = r == 0 ? v[c] : 0;
+        for (int a = 0, degree = 0; a < D; ++a) {
+          degree += mode[a];
+          bool alone = mode[a] == 1;
+          for (int b = 0; b < D; ++b) alone = alone && (b == a || mode[b] == 0);
+          if (alone) value = turning(c, a) * o.cell;
+        }
+        p.component(i, c)[std::size_t(r)] = Real(value);
+      }
+  }
+}
+
+}  // namespace
+
+template <int D, class Real>
+std::vector<Group<D, Real>> seed_groups(const Scene& scene, const Solids<D>& solids) {
+  const Options& o = scene.options;
+  const Lattice<D>& lattice = solids.lattice;
+  const int edge = int(std::lround(std::pow(double(o.particles_per_cell), 1.0 / D)));
+  std::vector<std::vector<Shape>> shapes;   // of each body
+  for (const Body& body : scene.bodies) shapes.push_back(with_images(body.shape, o));
+  const auto holds = [](const std::vector<Shape>& any, const base::Vec3& at) {
+    return std::any_of(any.begin(), any.end(), [&](const Shape& shape) { return shape.distance(at) < 0; });
+  };
+  std::vector<Group<D, Real>> groups;
+  std::int64_t next_id = 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    Group<D, Real>& group = groups.emplace_back(empty_group<D, Real>(scene.bodies[b], o));
+    Particles<D, Real>& p = group.particles;
+    group.first_id = next_id;
+    std::vector<std::int64_t> cells;        // numbers, row-major over the domain: images may overlap
+    for (const Shape& shape : shapes[b]) {
+      Cell<D> lower, upper;
+      if (!touched_cells<D>(shape, o, lattice, lower, upper)) continue;
+      for (Cell<D> at = lower; at[0] <= upper[0];) {
+        std::int64_t number = 0;
+        for (int a = 0; a < D; ++a) number = number * lattice.cells[a] + at[a];
+        cells.push_back(number);
+        int a = D - 1;
+        while (a > 0 && at[a] == upper[a]) at[a] = lower[a], --a;
+        ++at[a];
+      }
+    }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    for (const std::int64_t number : cells) {
+      Cell<D> at;
+      std::int64_t left = number;
+      for (int a = D - 1; a >= 0; left /= lattice.cells[a], --a) at[a] = int(left % lattice.cells[a]);
+      for (int sub = 0; sub < int(o.particles_per_cell); ++sub) {
+        Vec<D, Real> offset;
+        base::Vec3 place = o.domain.lower;
+        for (int a = D - 1, rest = sub; a >= 0; --a, rest /= edge) {
+          const double jitter = uniform(std::uint64_t(o.seed), std::uint64_t(number), std::uint64_t(sub * D + a));
+          const double within = o.seeding == Seeding::regular ? 0.5 : jitter;
+          offset[a] = std::min(Real((rest % edge + within) / edge), std::nextafter(Real(1), Real(0)));
+          place[a] += o.cell * (at[a] + double(offset[a]));
+        }
+        if (!holds(shapes[b], place) || holds(solids.shapes, place)) continue;
+        bool taken = false;
+        for (std::size_t other = 0; other < b && !taken; ++other) taken = holds(shapes[other], place);
+        if (taken) continue;
+        Moving<D, Real> particle{{at, offset}, Vec<D, Real>::Zero()};   // it may touch a wall; that is no contact that stops it
+        solids.push_out(particle);
+        p.cell.push_back(particle.site.cell);
+        p.offset.push_back(particle.site.offset);
+        p.id.push_back(next_id++);
+      }
+    }
+    p.coefficients.assign(p.size() * p.row(), 0);
+    set_motion<D, Real>(scene.bodies[b], o, group);
+    group.deformation.assign(p.size(), {Matrix<Real, D>::zero(), Real(0)});
+    group.stress.assign(p.size(), {});
+  }
+  return groups;
+}
+
+template std::vector<Group<2, float>> seed_groups(const Scene&, const Solids<2>&);
+template std::vector<Group<2, double>> seed_groups(const Scene&, const Solids<2>&);
+template std::vector<Group<3, float>> seed_groups(const Scene&, const Solids<3>&);
+template std::vector<Group<3, double>> seed_groups(const Scene&, const Solids<3>&);
+
+}  // namespace sim

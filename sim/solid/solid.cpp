@@ -1,0 +1,314 @@
+#include "sim/solid/solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "sim/effects/gravity.h"
+#include "sim/random.h"
+#include "sim/solid/seeding.h"
+#include "sim/solid/step.h"
+
+namespace sim {
+namespace {
+
+template <int D>
+Lattice<D> make_lattice(const Options& o) {
+  Cell<D> cells;
+  std::array<bool, D> periodic;
+  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
+  return Lattice<D>(cells, periodic);
+}
+
+template <int D, class Real>
+class Solid final : public Simulation {
+ public:
+  Solid(const Scene& scene, double fps)
+      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+        groups_(seed_groups<D, Real>(scene, solids_)), step_(scene, solids_) {
+    if (particles() == 0) throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
+    limits_ = limits_at_rest();
+  }
+
+  bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
+    step_.clear_counts();
+    steps_ = {};
+    for (double left = 1 / fps_; left > 0;) {
+      if (interrupted && interrupted()) return false;
+      const double dt = next_step(left);
+      step_.scatter(dt, groups_, ledger);
+      step_.update(dt, gravity_, ledger);
+      hold(step_.gather(dt, keep(dt), groups_, ledger));
+      ++steps_.all;
+      left = dt >= left ? 0 : left - dt;
+    }
+    ++frame_;
+    return true;
+  }
+
+  Frame frame() const override;
+  Totals totals() const override;
+  State state() const override;
+  void restore(const State&) override;
+
+ private:
+  /// Steps since the frame before, and what set their length.
+  struct Steps {
+    std::int64_t all = 0, by_sound = 0, by_loose = 0, by_motion = 0;
+    double shortest = 0;   // [s]
+  };
+
+  std::size_t particles() const {
+    std::size_t n = 0;
+    for (const auto& g : groups_) n += g.particles.size();
+    return n;
+  }
+
+  /// Coefficients of a particle, of the body whose particles have the most.
+  std::size_t row_width() const {
+    std::size_t width = 0;
+    for (const auto& g : groups_) width = std::max(width, g.particles.row());
+    return width;
+  }
+
+  StepLimits limits_at_rest() const {
+    StepLimits limits;
+    for (const auto& g : groups_) {
+      if (g.particles.size() == 0) continue;
+      Deformation<double, D> rest{Matrix<double, D>::zero(), 0};
+      const double stiffness = std::visit([&](const auto& law) { return law.template respond<double, D>(Matrix<double, D>::zero(), rest).stiffness; }, g.model);
+      limits.wave_speed = std::max(limits.wave_speed, std::sqrt(stiffness / g.density));
+      for (std::size_t p = 0; p < g.particles.size(); ++p) limits.speed = std::max(limits.speed, double(g.particles.velocity(p).norm()));
+    }
+    return limits;
+  }
+
+  /// Speeds of sound may grow at once, but fall by a thousandth a step: steps whose length swings with the strain of what swings feed it.
+  void hold(const StepLimits& now) {
+    constexpr double kKept = 0.999;
+    limits_ = {std::max(now.wave_speed, kKept * limits_.wave_speed), std::max(now.loose_speed, kKept * limits_.loose_speed), now.speed};
+  }
+
+  /// The longest step that sound, what is loose and the fastest particle (falling freely) allow, cut so that
+  /// what is left of the frame is a whole number of them.
+  double next_step(double left) {
+    const double h = options_.cell, v = limits_.speed, g = gravity_.norm(), reach = options_.cfl * h;
+    const double never = 2 * left;
+    const double sound = limits_.wave_speed > 0 ? options_.sound_cfl * h / limits_.wave_speed : never;
+    const double loose = limits_.loose_speed > 0 ? options_.sound_cfl * h / limits_.loose_speed : never;
+    const double motion = v > 0 || g > 0 ? 2 * reach / (v + std::sqrt(v * v + 4 * g * reach)) : never;
+    double dt = std::min({sound, loose, motion});
+    if (!(dt > kShortestStep / fps_))
+      throw base::Error({.code = base::Exit::unstable, .hint = "a softer material, a coarser sim.cell or a higher shot.fps needs fewer steps",
+                         .message = fmt::format("frame {}: {} asks for a step of {:.3g} s, less than {:.1g} of a frame", frame_ + 1,
+                                                dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound", dt, kShortestStep)});
+    if (dt < left) ++(dt == motion ? steps_.by_motion : dt == loose ? steps_.by_loose : steps_.by_sound);
+    dt = left / std::ceil(left / dt * (1 - 1e-9));
+    steps_.shortest = steps_.all == 0 ? dt : std::min(steps_.shortest, dt);
+    return dt;
+  }
+
+  double keep(double dt) const {
+    const double fall = std::sqrt(2 * gravity_.cwiseAbs().dot(options_.domain.size()));   // from one side of the domain to the other
+    const double reference = std::max(fall, limits_.speed);
+    return std::exp(-dt / options_.flip_time.value_or(reference > 0 ? 49.75 * options_.cell / reference : 1 / fps_));
+  }
+
+  std::uint64_t state_hash() const;
+
+  static constexpr double kShortestStep = 1e-6;   // [frames]
+  static constexpr std::int64_t kStrain = sizeof(Deformation<Real, D>) / sizeof(Real), kStress = sizeof(Stress<D, Real>) / sizeof(Real);
+  Options options_;
+  double fps_;
+  base::Vec3 gravity_;
+  Solids<D> solids_;
+  std::vector<Group<D, Real>> groups_;
+  SolidStep<D, Real> step_;
+  StepLimits limits_;
+  Steps steps_;
+  std::int64_t frame_ = 1;
+};
+
+template <int D, class Real>
+Frame Solid<D, Real>::frame() const {
+  Frame f;
+  f.number = frame_;
+  f.time = double(frame_ - 1) / fps_;
+  const double volume = groups_.front().rest_volume;
+  f.pscale = D == 2 ? std::sqrt(volume / M_PI) : std::cbrt(3 * volume / (4 * M_PI));
+  const std::size_t n = particles();
+  f.position.resize(n), f.velocity.resize(n), f.id.resize(n);
+  if (groups_.size() > 1) f.body.resize(n);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Particles<D, Real>& particles = groups_[g].particles;
+    base::parallel_chunks(particles.size(), 16384, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        const auto to = std::size_t(particles.id[p]);   // ids count from 0 without gaps
+        base::Vec3 x = options_.domain.lower;
+        x.head<D>() += options_.cell * particles.place(p);
+        base::Vec3f v = base::Vec3f::Zero();
+        v.head<D>() = particles.velocity(p).template cast<float>();
+        f.position[to] = x.cast<float>();
+        f.velocity[to] = v;
+        f.id[to] = particles.id[p];
+        if (!f.body.empty()) f.body[to] = std::uint16_t(g);
+      }
+    });
+  }
+  return f;
+}
+
+template <int D, class Real>
+Totals Solid<D, Real>::totals() const {
+  Totals t;
+  t.time = double(frame_ - 1) / fps_;
+  t.substeps = steps_.all;
+  t.particles = std::int64_t(particles());
+  t.elastic_energy = 0;
+  base::Vec3 downhill = gravity_;
+  for (int a = 0; a < D; ++a)
+    if (options_.periodic(a)) downhill[a] = 0;
+  for (const auto& g : groups_) {
+    const Particles<D, Real>& particles = g.particles;
+    t.mass += particles.mass * double(particles.size());
+    t.volume += g.rest_volume * double(particles.size());
+    const auto sums = NodeTransfer<D, Real>(Kernel::quadratic, g.scheme.modes).sums(particles, options_.cell);
+    t.kinetic_energy += sums.kinetic_energy;
+    t.linear_momentum += sums.linear_momentum;
+    t.angular_momentum += sums.angular_momentum;
+    struct Energies {
+      double elastic = 0, potential = 0, speed = 0;
+    };
+    const Energies e = base::ordered_reduce(particles.size(), 16384, Energies{}, [&](std::size_t begin, std::size_t end) {
+      Energies sum;
+      for (std::size_t p = begin; p < end; ++p) {
+        const Deformation<Real, D>& d = g.deformation[g.row(p)];
+        Deformation<double, D> exact;
+        for (int i = 0; i < D; ++i)
+          for (int k = 0; k < D; ++k) exact.gradient(i, k) = double(d.gradient(i, k));
+        exact.state = double(d.state);
+        sum.elastic += g.rest_volume * std::visit([&](const auto& law) { return law.template energy<D>(exact); }, g.model);
+        sum.potential -= particles.mass * options_.cell * downhill.head<D>().dot(particles.place(p));
+        sum.speed = std::max(sum.speed, particles.velocity(p).template cast<double>().norm());
+      }
+      return sum;
+    }, [](const Energies& a, const Energies& b) { return Energies{a.elastic + b.elastic, a.potential + b.potential, std::max(a.speed, b.speed)}; });
+    *t.elastic_energy += e.elastic;
+    t.potential_energy += e.potential;
+    t.max_speed = std::max(t.max_speed, e.speed);
+  }
+  t.state_hash = state_hash();
+  const SolidCounts& c = step_.counts();
+  t.pushed_out = c.pushed_out, t.dropped_modes = c.dropped_modes, t.limited_modes = c.limited_modes, t.light_faces = c.light_nodes;
+  t.held_strains = c.held;
+  t.steps_by_sound = steps_.by_sound, t.steps_by_loose = steps_.by_loose, t.steps_by_motion = steps_.by_motion;
+  t.shortest_step = steps_.shortest;
+  return t;
+}
+
+template <int D, class Real>
+State Solid<D, Real>::state() const {
+  State s;
+  s.frame = frame_;
+  Group<D, Real> all;
+  Particles<D, Real>& p = all.particles;
+  const std::size_t width = row_width();
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  for (const auto& group : groups_) {   // one after the other, rows of coefficients filled up with zeros to the widest
+    append(p.cell, group.particles.cell), append(p.offset, group.particles.offset), append(p.id, group.particles.id);
+    append(all.deformation, group.deformation), append(all.stress, group.stress);
+    for (std::size_t i = 0; i < group.particles.size(); ++i) {
+      const std::size_t at = p.coefficients.size();
+      p.coefficients.resize(at + width, 0);
+      std::copy_n(&group.particles.coefficients[group.particles.row_of(i) * group.particles.row()], group.particles.row(), &p.coefficients[at]);
+    }
+  }
+  s.columns.push_back(make_column<std::int32_t>("cell", p.cell, D));
+  s.columns.push_back(make_column<Real>("offset", p.offset, D));
+  s.columns.push_back(make_column<Real>("coefficients", p.coefficients, std::int64_t(width)));
+  s.columns.push_back(make_column<std::int64_t>("id", p.id, 1));
+  s.columns.push_back(make_column<Real>("deformation", all.deformation, kStrain));
+  s.columns.push_back(make_column<Real>("stress", all.stress, kStress));
+  s.columns.push_back(make_column<double>("limits", std::vector<double>{limits_.wave_speed, limits_.loose_speed, limits_.speed}, 1));
+  return s;
+}
+
+template <int D, class Real>
+void Solid<D, Real>::restore(const State& s) {
+  auto groups = groups_;
+  Group<D, Real> all;
+  const auto n = std::int64_t(particles()), width = std::int64_t(row_width());
+  bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, all.particles.id) && read_column<std::int32_t>(s, "cell", n, D, all.particles.cell) &&
+              read_column<Real>(s, "offset", n, D, all.particles.offset) && read_column<Real>(s, "coefficients", n, width, all.particles.coefficients) &&
+              read_column<Real>(s, "deformation", n, kStrain, all.deformation) && read_column<Real>(s, "stress", n, kStress, all.stress) &&
+              std::all_of(all.particles.cell.begin(), all.particles.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
+  std::size_t from = 0;
+  for (auto& group : groups) {
+    if (!fits) break;
+    Particles<D, Real>& p = group.particles;
+    const std::size_t count = p.size();
+    p.rows.clear();
+    p.coefficients.resize(count * p.row());
+    for (std::size_t i = 0; i < count; ++i) {
+      p.cell[i] = all.particles.cell[from + i], p.offset[i] = all.particles.offset[from + i], p.id[i] = all.particles.id[from + i];
+      group.deformation[i] = all.deformation[from + i], group.stress[i] = all.stress[from + i];
+      std::copy_n(&all.particles.coefficients[(from + i) * std::size_t(width)], p.row(), &p.coefficients[i * p.row()]);
+      fits = fits && p.id[i] >= group.first_id && p.id[i] < group.first_id + std::int64_t(count);
+    }
+    from += count;
+  }
+  std::vector<double> limits;
+  fits = fits && read_column<double>(s, "limits", 3, 1, limits);
+  if (!fits) throw base::Error({.message = "the state does not fit the scene"});
+  groups_ = std::move(groups);
+  limits_ = {limits[0], limits[1], limits[2]};
+  frame_ = s.frame;
+  step_.clear_counts();
+  steps_ = {};
+}
+
+/// A hash of each particle's id, place, coefficients and deformation, summed: the order of storage does not matter.
+template <int D, class Real>
+std::uint64_t Solid<D, Real>::state_hash() const {
+  const auto bits = [](Real v) {
+    std::uint64_t b = 0;
+    std::memcpy(&b, &v, sizeof v);
+    return b;
+  };
+  const auto add = [](std::uint64_t a, std::uint64_t b) { return a + b; };
+  std::uint64_t hash = 0;
+  for (const auto& g : groups_)
+    hash += base::ordered_reduce(g.particles.size(), 16384, std::uint64_t{0}, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t sum = 0;
+      for (std::size_t p = begin; p < end; ++p) {
+        std::uint64_t h = scramble(std::uint64_t(g.particles.id[p]));
+        for (int a = 0; a < D; ++a) h = scramble(scramble(h ^ std::uint64_t(g.particles.cell[p][a])) ^ bits(g.particles.offset[p][a]));
+        for (int a = 0; a < D; ++a)
+          for (const Real c : g.particles.component(p, a)) h = scramble(h ^ bits(c));
+        const Deformation<Real, D>& d = g.deformation[g.row(p)];
+        for (const auto& row : d.gradient.m)
+          for (const Real x : row) h = scramble(h ^ bits(x));
+        sum += scramble(h ^ bits(d.state));
+      }
+      return sum;
+    }, add);
+  return hash;
+}
+
+template <int D>
+std::unique_ptr<Simulation> make(const Scene& scene, double fps) {
+  if (scene.options.precision == Precision::double_precision) return std::make_unique<Solid<D, double>>(scene, fps);
+  return std::make_unique<Solid<D, float>>(scene, fps);
+}
+
+}  // namespace
+
+std::unique_ptr<Simulation> make_solid(const Scene& scene, double fps) {
+  return scene.options.dimension == 2 ? make<2>(scene, fps) : make<3>(scene, fps);
+}
+
+}  // namespace sim

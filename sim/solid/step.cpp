@@ -1,0 +1,179 @@
+#include "sim/solid/step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "base/error.h"
+#include "base/parallel.h"
+#include "sim/transfer/carry.h"
+#include "sim/transfer/tensor.h"
+
+namespace sim {
+namespace {
+
+constexpr int kDepth = 2;   // places around particles that stencils reach
+
+template <int D, class Real>
+std::int64_t bytes_of(const std::vector<Group<D, Real>>& groups, bool with_deformation) {
+  std::size_t bytes = 0;
+  for (const Group<D, Real>& g : groups) {
+    const std::size_t moving = sizeof(Cell<D>) + sizeof(Vec<D, Real>) + g.particles.row() * sizeof(Real) + sizeof(std::int64_t);
+    bytes += g.particles.size() * (moving + (with_deformation ? sizeof(Deformation<Real, D>) + sizeof(Stress<D, Real>) : 0));
+  }
+  return std::int64_t(bytes);
+}
+
+}  // namespace
+
+template <int D>
+Scheme<D>::Scheme(const Options& o) : modes(mode_set<D>(o.transfer, Kernel::quadratic, o.modes)), flip(o.transfer == Transfer::flip), carry(o.carry) {
+  for (const ModeIndex<D>& mode : modes) {
+    place.push_back(tensor_place<3, D>(mode));
+    bent.push_back(bent_axes<D>(mode));
+    bends = bends || bent.back() != 0;
+  }
+  if (!bends) carry = Carry::fixed;
+}
+
+template <int D, class Real>
+SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
+    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice) {}
+
+template <int D, class Real>
+void SolidStep<D, Real>::merge(const Groups& groups) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  merged_.occupied.clear();
+  for (const auto& g : groups) merged_.occupied.insert(merged_.occupied.end(), g.ranges.occupied.begin(), g.ranges.occupied.end());
+  std::sort(merged_.occupied.begin(), merged_.occupied.end());
+  merged_.occupied.erase(std::unique(merged_.occupied.begin(), merged_.occupied.end()), merged_.occupied.end());
+  merged_.begin.assign(merged_.occupied.size() * per_block + 1, 0);
+  at_.assign(groups.size(), std::vector<std::int32_t>(merged_.occupied.size(), -1));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const CellRanges& own = groups[g].ranges;
+    for (std::size_t b = 0, m = 0; b < own.occupied.size(); ++b) {
+      while (merged_.occupied[m] != own.occupied[b]) ++m;
+      at_[g][m] = std::int32_t(b);
+      for (std::size_t k = 0; k < per_block; ++k) merged_.begin[m * per_block + k + 1] += own.begin[b * per_block + k + 1] - own.begin[b * per_block + k];
+    }
+  }
+  for (std::size_t k = 1; k < merged_.begin.size(); ++k) merged_.begin[k] += merged_.begin[k - 1];
+}
+
+template <int D, class Real>
+void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger) {
+  {
+    const auto pass = ledger.pass("sort", 2 * bytes_of(groups, false));
+    order_.resize(groups.size());
+    flip_ = false;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      groups[g].ranges = order_[g].sort(groups[g].particles, blocks_.lattice(), Home::nearest_node);
+      flip_ = flip_ || groups[g].scheme.flip;
+    }
+    merge(groups);
+    blocks_.cover(merged_, kDepth);
+  }
+  const auto pass = ledger.pass("p2g", bytes_of(groups, true) + 2 * grid_bytes());
+  grid_.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
+  grid_.mass.assign(blocks_.size(), 0);
+  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero());
+  unit_mass_ = std::numeric_limits<double>::max();
+  for (const auto& g : groups) unit_mass_ = std::min(unit_mass_, g.particles.mass);
+  for (auto& g : groups) g.weight = g.particles.mass / unit_mass_;
+
+  const Lattice<D>& lattice = blocks_.lattice();
+  std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
+  for (std::size_t b = 0; b < merged_.occupied.size(); ++b) colours[lattice.colour(lattice.block_at(merged_.occupied[b]))].push_back(std::uint32_t(b));
+  for (const auto& same : colours)
+    base::parallel_chunks(same.size(), 1, [&](std::size_t k, std::size_t) {
+      const std::size_t b = same[k];
+      const Cell<D> block = lattice.block_at(merged_.occupied[b]);
+      NodeSums<D, Real> sums;
+      for (std::size_t g = 0; g < groups.size(); ++g) {
+        const std::int32_t own = at_[g][b];
+        if (own < 0) continue;
+        const double impulse = -dt * groups[g].rest_volume / (cell_ * unit_mass_);
+        sums.add(groups[g], std::size_t(own), block, lattice, impulse, flip_);
+      }
+      blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, int count) {
+        for (int i = 0; i < count; ++i) {
+          grid_.mass[to + std::size_t(i)] += sums.mass[std::size_t(from + i)];
+          for (int c = 0; c < D; ++c) grid_.velocity[to + std::size_t(i)][c] += sums.momentum[std::size_t(c)][std::size_t(from + i)];
+          if (flip_)
+            for (int c = 0; c < D; ++c) before_[to + std::size_t(i)][c] += sums.before[std::size_t(c)][std::size_t(from + i)];
+        }
+      });
+    });
+}
+
+template <int D, class Real>
+void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base::Ledger& ledger) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  {
+    const auto pass = ledger.pass("grid_update", 2 * grid_bytes());
+    counts_.light_nodes += base::ordered_reduce(blocks_.size(), 65536, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
+      std::int64_t light = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Real mass = grid_.mass[i];
+        const bool valid = double(mass) > kLightestNode;
+        light += !valid && mass > 0;
+        grid_.velocity[i] = valid ? Vec<D, Real>(grid_.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
+        if (flip_) before_[i] = valid ? Vec<D, Real>(before_[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
+      }
+      return light;
+    }, [](std::int64_t a, std::int64_t b) { return a + b; });
+  }
+  if (!acceleration.isZero(0)) {
+    const auto pass = ledger.pass("forces", 2 * grid_bytes());
+    const Vec<D, Real> change = (dt * acceleration).head<D>().template cast<Real>();
+    base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (double(grid_.mass[i]) > kLightestNode) grid_.velocity[i] += change;
+    });
+  }
+  if (contacts_.empty()) return;
+  const auto pass = ledger.pass("collide", grid_bytes());
+  base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), &grid_.velocity[slot * per_block]);
+  });
+}
+
+template <int D, class Real>
+StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, base::Ledger& ledger) {
+  const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
+  StepLimits limits;
+  for (Group<D, Real>& group : groups) {
+    group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
+    struct Part {
+      StepLimits limits;
+      SolidCounts counts;
+      std::int64_t lost = -1;
+    };
+    const Part all = base::ordered_reduce(group.ranges.occupied.size(), 4, Part{}, [&](std::size_t begin, std::size_t end) {
+      BlockGather<D, Real> gathering{blocks_, grid_, before_, solids_, dt, keep};
+      for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
+      return Part{gathering.limits, gathering.counts, gathering.lost};
+    }, [](Part a, const Part& b) {
+      a.limits.take(b.limits);
+      a.counts.add(b.counts);
+      if (a.lost < 0) a.lost = b.lost;
+      return a;
+    });
+    if (all.lost >= 0)
+      throw base::Error({.code = base::Exit::unstable, .hint = "a smaller sim.sound_cfl or sim.cfl may help",
+                         .message = fmt::format("g2p: particle {} is not finite or crossed more than two cells in a step of {:.3g} s", all.lost, dt)});
+    limits.take(all.limits);
+    counts_.add(all.counts);
+  }
+  return limits;
+}
+
+template struct Scheme<2>;
+template struct Scheme<3>;
+template class SolidStep<2, float>;
+template class SolidStep<2, double>;
+template class SolidStep<3, float>;
+template class SolidStep<3, double>;
+
+}  // namespace sim

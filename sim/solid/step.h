@@ -1,0 +1,101 @@
+#pragma once
+// One explicit step of elastic and plastic bodies (symplectic Euler, material point method [Sulsky94, PolyPIC S5]), pass by pass:
+//
+//   step.scatter(dt, groups, ledger);        sort; P2G of mass, momentum and dt times the force -sum V0 tau grad w
+//   step.update(dt, acceleration, ledger);   v += dt g on nodes; walls and colliders
+//   step.gather(dt, keep, groups, ledger);   G2P; x += dt c_1; F <- (I + dt sum v grad w^T) F, return map, stress; carry
+//
+// Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
+// particle moves with what it would have without.
+#include <cstdint>
+#include <vector>
+
+#include "base/ledger.h"
+#include "sim/colliders/solids.h"
+#include "sim/solid/contact.h"
+#include "sim/solid/group.h"
+
+namespace sim {
+
+/// What sets the length of the next step, over all particles.
+struct StepLimits {
+  double wave_speed = 0;       // [m/s] of the fastest sound in what it was deformed to
+  double loose_speed = 0;      // [m/s] the same of particles that are alone or strongly stretched
+  double speed = 0;            // [m/s] of the fastest particle
+  void take(const StepLimits& other);
+};
+
+/// What steps have counted since they were asked last.
+struct SolidCounts {
+  std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_nodes = 0, held = 0;   // as in Totals
+  void add(const SolidCounts& other);
+};
+
+template <int D, class Real>
+class SolidStep {
+ public:
+  using Groups = std::vector<Group<D, Real>>;
+
+  /// `scene` and `solids` must outlive the step.
+  SolidStep(const Scene& scene, const Solids<D>& solids);
+
+  void scatter(double dt, Groups&, base::Ledger&);
+  void update(double dt, const base::Vec3& acceleration, base::Ledger&);
+  /// `keep` [1] is FLIP's. Throws base::Error (exit 3) naming a particle that is not finite or crossed several cells.
+  StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
+
+  const ActiveBlocks<D>& blocks() const { return blocks_; }
+  const NodeVelocity<D, Real>& grid() const { return grid_; }
+  const SolidCounts& counts() const { return counts_; }
+  void clear_counts() { counts_ = {}; }
+
+ private:
+  /// Blocks that hold particles of any group, and where each group's are.
+  void merge(const Groups&);
+  std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * (D + 1) * sizeof(Real)); }
+
+  double cell_;
+  const Solids<D>& solids_;
+  NodeContacts<D> contacts_;
+  bool flip_ = false;
+  std::vector<CanonicalOrder<D, Real>> order_;
+  CellRanges merged_;                              // of all groups together
+  std::vector<std::vector<std::int32_t>> at_;      // of each group: place of each merged block in its own list, -1 when it has none there
+  ActiveBlocks<D> blocks_;
+  NodeVelocity<D, Real> grid_;                     // momentum until it is divided
+  NodeField<D, Real> before_;                      // FLIP: the field before forces
+  double unit_mass_ = 1;                           // [kg] of grid_.mass
+  SolidCounts counts_;
+};
+
+/// P2G of the particles of one group in one block, added to the block's own arrays. Units: masses of the lightest group's particle.
+template <int D, class Real>
+struct NodeSums {
+  static constexpr int kEdge = Lattice<D>::kBlock + 3, kSize = D == 2 ? kEdge * kEdge : kEdge * kEdge * kEdge;
+  std::array<Real, std::size_t(kSize)> mass{};
+  std::array<std::array<Real, std::size_t(kSize)>, D> momentum{}, before{};   // with forces, without them (FLIP)
+
+  /// Adds what the group has in `block`, the `group_block`-th of its own. `impulse` [kg m/s / (Pa unit mass)]: -dt V0 / h, in unit masses.
+  void add(const Group<D, Real>&, std::size_t group_block, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
+
+ private:
+  /// Particles [begin, end), one at a time: the reference.
+  void add_plainly(const Group<D, Real>&, std::size_t begin, std::size_t end, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
+};
+
+/// G2P of the particles of one group in one of its blocks, everything that happens to them up to the end of the step.
+template <int D, class Real>
+struct BlockGather {
+  const ActiveBlocks<D>& blocks;
+  const NodeVelocity<D, Real>& grid;
+  const NodeField<D, Real>& before;
+  const Solids<D>& solids;
+  double dt = 0, keep = 0;
+  StepLimits limits = {};
+  SolidCounts counts = {};
+  std::int64_t lost = -1;      // id of a particle that is not finite or went too far
+
+  void run(Group<D, Real>&, std::size_t block);
+};
+
+}  // namespace sim

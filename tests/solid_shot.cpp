@@ -1,0 +1,73 @@
+// Shots of solids: what the reader takes, what presets stand for, and what is refused with which line.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "base/error.h"
+#include "tests/shot_file.h"
+
+namespace {
+
+using SolidShot = ShotFile;
+
+const std::string kSolid = R"([sim]
+solver = "solid"
+[[body]]
+name = "cube"
+shape = { box = [[0.2, 0.2, 0.2], [0.6, 0.6, 0.6]] }
+)";
+
+}  // namespace
+
+TEST_F(SolidShot, TakesAPresetAndChangesItsConstants) {
+  const app::Shot shot = read(kSolid + "material = { preset = \"clay\", young = 5e6 }\nspin = [0, 0, 3]\ntransfer = \"polypic\"\nmodes = 8\ncarry = \"limited\"\n" +
+                              "[[collider]]\nname = \"post\"\nshape = { sphere = { center = [0, 0, 0], radius = 0.1 } }\ncontact = \"sticky\"\n");
+  ASSERT_EQ(shot.scene.bodies.size(), 1u);
+  const sim::Body& body = shot.scene.bodies[0];
+  EXPECT_EQ(body.material, "clay");
+  EXPECT_EQ(body.solid.young, 5e6);
+  EXPECT_EQ(body.solid.yield_stress, sim::preset_material("clay").yield_stress);
+  EXPECT_EQ(body.solid.plasticity, sim::Plasticity::von_mises);
+  EXPECT_EQ(body.spin, base::Vec3(0, 0, 3));
+  const sim::Options own = sim::with_scheme_of(body, shot.scene.options);
+  EXPECT_EQ(own.modes.count, 8);
+  EXPECT_EQ(own.carry, sim::Carry::limited);
+  EXPECT_EQ(shot.scene.options.kernel, sim::Kernel::quadratic);   // whatever the rung
+  EXPECT_EQ(shot.scene.options.carry, sim::Carry::hybrid);
+  EXPECT_EQ(shot.scene.options.boundary[2][0], sim::Side::separating);
+  EXPECT_EQ(shot.scene.colliders.at(0).contact, sim::Contact::sticky);
+  EXPECT_EQ(shot.render.liquid_look, "clay");
+}
+
+TEST_F(SolidShot, EveryPresetIsAMaterialWithALookAndASource) {
+  std::set<std::string> names;
+  for (const std::string_view name : sim::material_presets()) {
+    const app::Shot shot = read(kSolid + "material = \"" + std::string(name) + "\"\n");
+    EXPECT_EQ(shot.scene.bodies[0].material, name);
+    names.insert(std::string(name));
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"jelly", "rubber", "steel", "clay", "dry_sand", "wet_sand", "snow", "water_mpm"}));
+  ASSERT_EQ(sim::preset_table().size(), names.size());
+  for (const sim::Preset& preset : sim::preset_table()) EXPECT_NE(preset.source.find('['), std::string_view::npos) << preset.name;
+}
+
+TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
+  const std::vector<std::pair<std::string, std::string>> table = {
+    {"material = { poisson = 0.5 }\n", "x.toml:6:24: body.cube.material.poisson = 0.5: must be between -1 and 0.5 (both excluded)"},
+    {"material = { young = 0 }\n", "x.toml:6:22: body.cube.material.young = 0 Pa: must be above 0"},
+    {"material = { density = 0 }\n", "x.toml:6:24: body.cube.material.density = 0 kg/m^3: must be above 0"},
+    {"material = { plasticity = \"snow\" }\n",
+     "x.toml:6:27: body.cube.material.plasticity = \"snow\": needs model \"hencky\", or \"fixed_corotated\" for snow"},
+    {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: has no effect with the other values given here"},
+    {"material = \"water\"\n", "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
+                              "or \"water_mpm\", or a table with preset and keys"},
+    {"modes = 4\ntransfer = \"apic\"\n", "x.toml:6:9: body.cube.modes = 4: needs transfer = \"polypic\""},
+    {"look = \"steel\"\n[[body]]\nname = \"other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
+     "x.toml:10:8: body.other.look = \"clay\": bodies drawn as a surface must all have the same look; those drawn as grains may each have their own"},
+  };
+  for (const auto& [text, expected] : table) EXPECT_EQ(line(kSolid + text), expected) << text;
+  EXPECT_EQ(line(kSolid, {"sim.kernel=linear"}),
+            "--set sim.kernel=linear: sim.kernel = \"linear\": solids need the quadratic kernel: forces of the linear one jump from cell to cell");
+  EXPECT_EQ(line(kLeast + "spin = [0, 0, 1]\n"), "x.toml:4:1: body.column.spin: has no effect with the other values given here");
+}
