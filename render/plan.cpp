@@ -40,6 +40,7 @@ bool any_model(const Setting& s, std::string_view model) {
   return any_look(s, [&](const Look& look) { return look.model == model; });
 }
 
+bool previews_surface(const Setting& s) { return in_space(s) && s.preview.draw == "surface"; }
 bool has_ground(const Setting& s, std::string_view ground) { return in_space(s) && s.options.ground == ground; }
 bool has_caustics(const Setting& s, std::string_view caustics) { return in_space(s) && s.options.caustics == caustics; }
 bool has_denoise(const Setting& s, std::string_view denoise) { return in_space(s) && s.options.denoise == denoise; }
@@ -64,10 +65,17 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
       {"path tracing", {"sim.dimension", "render.width", "render.height", "render.spp", "render.bounces", "camera.position", "camera.target", "camera.up", "camera.fov"},
        in_space, {"bvh", "trace", "write_image"}},
       {"flat drawing", {"sim.dimension", "render.width", "render.height"}, is_flat, {"draw", "write_image"}},
-      {"surface in pictures", {"body.NAME.look"}, [](const Setting& s) { return in_space(s) && s.draws_surface(); }, {"mesh"}},
-      {"grains in pictures", {"body.NAME.look"}, [](const Setting& s) { return in_space(s) && s.draws_grains(); }},
+      {"surface in pictures", {"body.NAME.look", "look.NAME.draw=surface"}, [](const Setting& s) { return in_space(s) && s.draws_surface(); }, {"mesh"}},
+      {"grains in pictures", {"body.NAME.look", "look.NAME.draw=grains", "look.NAME.grain_size", "look.NAME.grain_variation"}, [](const Setting& s) { return in_space(s) && s.draws_grains(); }},
       {"solids in pictures", {"collider.NAME.look"}, [](const Setting& s) { return in_space(s) && !s.colliders.empty(); }},
       {"set", {"set.NAME"}, [](const Setting& s) { return in_space(s) && !s.sets.empty(); }},
+      {"coloured by speed", {"preview.color=speed", "preview.range"}, [](const Setting& s) { return s.preview.color == "speed"; }},
+      {"coloured by x", {"preview.color=velocity_x"}, [](const Setting& s) { return s.preview.color == "velocity_x"; }},
+      {"coloured by y", {"preview.color=velocity_y"}, [](const Setting& s) { return s.preview.color == "velocity_y"; }},
+      {"coloured by z", {"preview.color=velocity_z"}, [](const Setting& s) { return s.preview.color == "velocity_z"; }},
+      {"coloured by vorticity", {"preview.color=vorticity"}, [](const Setting& s) { return s.preview.color == "vorticity"; }},
+      {"previews of particles", {"preview.draw=points"}, [](const Setting& s) { return !previews_surface(s); }},
+      {"previews of the surface", {"preview.draw=surface"}, previews_surface},
       {"motion blur", {"camera.shutter"}, [](const Setting& s) { return in_space(s) && s.camera.shutter > 0; }},
       {"depth of field", {"camera.aperture", "camera.focus", "camera.sensor"}, [](const Setting& s) { return in_space(s) && s.camera.aperture.has_value(); }},
       {"moving camera", {"camera.key.N"}, [](const Setting& s) { return in_space(s) && !s.camera.keys.empty(); }},
@@ -106,7 +114,8 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
 base::Plan plan_of(const Setting& setting) { return base::make_plan("render", effect_rows(), pass_rows(), setting); }
 
 base::Plan preview_plan_of(const Setting& setting) {
-  static const std::vector<base::EffectRow<Setting>> rows = {{"preview", {"render.width", "render.height"}, [](const Setting&) { return true; }, {"draw", "write_image"}}};
+  static const std::vector<base::EffectRow<Setting>> rows = {{"preview", {"render.width", "render.height"}, [](const Setting&) { return true; }, {"draw", "write_image"}},
+                                                               {"surface in previews", {"preview.draw=surface"}, previews_surface, {"mesh"}}};
   return base::make_plan("preview", std::span<const base::EffectRow<Setting>>(rows), pass_rows(), setting);
 }
 

@@ -1,11 +1,12 @@
-// Particles coloured by speed, the room around them, a colour bar and a line of text. Two-dimensional shots go to flat/.
+// Particles or their surface in colours of what they do, the room around them, a colour bar and a line of text. Two-dimensional shots go to flat/.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 #include "render/flat/flat.h"
 #include "render/raster/canvas.h"
-#include "render/raster/colors.h"
 #include "render/raster/rasterizer.h"
 #include "render/render.h"
 
@@ -53,22 +54,90 @@ std::vector<raster::Line> outlines(const Setting& setting) {
 
 }  // namespace
 
-Image preview(const Setting& setting, const sim::Frame& frame, const std::string& caption, double top_speed) {
-  if (setting.dimension == 2) return flat::draw(setting, frame, caption, top_speed);
+namespace {
+
+/// Where the axes stand: the domain's lower edges that face the camera, and the upright edge farthest to the left in the picture.
+struct Axis {
+  Vec3 from, outward;  // [m]; unit vector away from the domain
+  int along;
+};
+
+std::array<Axis, 3> axes(const base::Box& box, const view::View& v) {
+  const Vec3 middle = 0.5 * (box.lower + box.upper);
+  const auto side = [&](int axis, bool high) { return high ? box.upper[axis] : box.lower[axis]; };
+  const bool x_high = v.position.x() > middle.x(), y_high = v.position.y() > middle.y();
+  std::array<Axis, 3> all{Axis{Vec3(box.lower.x(), side(1, y_high), box.lower.z()), (y_high ? 1 : -1) * Vec3::UnitY(), 0},
+                          Axis{Vec3(side(0, x_high), box.lower.y(), box.lower.z()), (x_high ? 1 : -1) * Vec3::UnitX(), 1}, Axis{}};
+  double leftmost = std::numeric_limits<double>::infinity();
+  for (int corner = 0; corner < 4; ++corner) {
+    const Vec3 p(side(0, corner & 1), side(1, corner & 2), box.lower.z());
+    const double x = (p - v.position).dot(v.right) / std::max(1e-9, (p - v.position).dot(v.forward));
+    if (x >= leftmost) continue;
+    leftmost = x;
+    all[2] = {p, -v.right, 2};
+  }
+  return all;
+}
+
+/// Ticks and their labels in metres, as many as there is room for; the last of an axis says which it is.
+void draw_axes(const raster::Canvas& canvas, const base::Box& box, const view::View& v) {
+  const double reach = box.size().maxCoeff();
+  const auto pixel = [&](const Vec3& p) -> std::optional<Eigen::Vector2d> {
+    const Vec3 way = p - v.position;
+    const double depth = way.dot(v.forward);
+    if (depth < 0.01 * reach) return {};
+    return Eigen::Vector2d((1 + way.dot(v.right) / depth / v.tan_x) * 0.5 * static_cast<double>(canvas.image.width),
+                           (1 - way.dot(v.up) / depth / v.tan_y) * 0.5 * static_cast<double>(canvas.image.height));
+  };
+  for (const Axis& axis : axes(box, v)) {
+    const double low = box.lower[axis.along], high = box.upper[axis.along], step = raster::tick_step(reach, 4);
+    const auto last = static_cast<int>(std::floor(high / step + 1e-9));
+    for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i <= last; ++i) {
+      Vec3 place = axis.from;
+      place[axis.along] = i * step;
+      const auto at = pixel(place), end = pixel(place + 0.02 * reach * axis.outward), text = pixel(place + 0.05 * reach * axis.outward);
+      if (!at || !end || !text) continue;
+      canvas.line(std::lround(at->x()), std::lround(at->y()), std::lround(end->x()), std::lround(end->y()), kRoom);
+      const std::string label = raster::tick_label(i * step) + (i == last ? std::string(" m ") + "xyz"[axis.along] : "");
+      canvas.write(std::lround(text->x()) - canvas.width_of(label) / (axis.along == 2 ? 1 : 2), std::lround(text->y()) - 6 * canvas.scale, label);
+    }
+  }
+}
+
+Image draw(const Setting& setting, const sim::Frame& frame, const surface::Mesh* mesh, const std::string& caption, double top_speed) {
   const Options& options = setting.options;
   const int factor = std::max(options.width, options.height) <= 4096 ? 2 : 1;  // samples across a pixel
-  const double top = top_speed > 0 ? top_speed : 1;
+  const attribute::Scale scale = attribute::scale_of(setting, top_speed);
   raster::Drawing drawing{.width = static_cast<int>(options.width) * factor, .height = static_cast<int>(options.height) * factor,
                            .view = view::resolve(setting.camera, setting.domain, options.width, options.height, static_cast<double>(frame.number)),
-                           .radius = static_cast<float>(frame.pscale), .top = kTop, .bottom = kBottom, .discs = {}, .lines = outlines(setting)};
-  drawing.discs.reserve(frame.position.size());
-  for (std::size_t i = 0; i < frame.position.size(); ++i)
-    drawing.discs.push_back({frame.position[i], raster::viridis(frame.velocity[i].norm() / static_cast<float>(top))});
+                           .radius = static_cast<float>(frame.pscale), .top = kTop, .bottom = kBottom, .discs = {}, .lines = outlines(setting), .corners = {}, .facets = {}};
+  const std::vector<float> values = mesh ? attribute::values(setting, frame, *mesh) : attribute::values(setting, frame);
+  if (mesh) {
+    for (std::size_t i = 0; i < values.size(); ++i) drawing.corners.push_back({mesh->position[i], mesh->normal[i], scale.color(values[i])});
+    for (const auto& q : mesh->quads) {
+      drawing.facets.push_back({q[0], q[1], q[2]});
+      drawing.facets.push_back({q[0], q[2], q[3]});
+    }
+  } else {
+    drawing.discs.reserve(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) drawing.discs.push_back({frame.position[i], scale.color(values[i])});
+  }
   Image image = raster::shrink(raster::rasterize(drawing), options.width, options.height, factor);
   const raster::Canvas canvas{image, static_cast<int>(std::max<std::int64_t>(1, options.height / 500))};
-  raster::draw_color_bar(canvas, top);
+  draw_axes(canvas, setting.domain, drawing.view);
+  raster::draw_color_bar(canvas, scale);
   canvas.write(12 * canvas.scale, image.height - 24 * canvas.scale, caption);
   return image;
+}
+
+}  // namespace
+
+Image preview(const Setting& setting, const sim::Frame& frame, const std::string& caption, double top_speed) {
+  return setting.dimension == 2 ? flat::draw(setting, frame, caption, top_speed) : draw(setting, frame, nullptr, caption, top_speed);
+}
+
+Image preview(const Setting& setting, const sim::Frame& frame, const surface::Mesh& mesh, const std::string& caption, double top_speed) {
+  return draw(setting, frame, &mesh, caption, top_speed);
 }
 
 }  // namespace render

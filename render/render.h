@@ -116,9 +116,18 @@ struct Options {
   void params(base::Params&);
 };
 
+/// [preview]: what --preview and the pictures of two-dimensional shots show.
+struct Preview {
+  std::string color = "speed";                              // "speed" | "velocity_x" | "velocity_y" | "velocity_z" | "vorticity"
+  std::optional<double> range = {};                         // of the colour bar [m/s, 1/s]; unset: one for the shot
+  std::string draw = "points";                              // "points" | "surface"
+  void params(base::Params&);
+};
+
 /// All of the shot that pictures depend on.
 struct Setting {
   Options options;
+  Preview preview;
   Camera camera;
   std::vector<Light> lights;                                // none: a default sky and area light
   std::map<std::string, Look> looks = shipped_looks();
@@ -132,7 +141,7 @@ struct Setting {
   std::int64_t dimension = 3;                               // 2: the plane z = 0, y up, drawn flat
   /// Files that lights and set pieces name: what they hold is part of the render stage's input.
   std::vector<std::filesystem::path> files() const;
-  /// Visits [render], [camera], [[light]] and [look.NAME].
+  /// Visits [render], [preview], [camera], [[light]], [[set]] and [look.NAME].
   void params(base::Params&);
   /// What trace() needs of a frame: a mesh where some body is drawn as a surface, grains where some body is drawn as grains.
   bool draws_surface() const;
@@ -187,8 +196,14 @@ class PathTracer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Particles as points coloured by speed, with a colour bar and `caption`. Same bits for any number of threads.
+/// Particles as points, or their surface, coloured as setting.preview says, with axes in metres, a colour bar and `caption`. `top_speed` [m/s]
+/// bounds the colour bar, the same for all frames of a shot. Same bits for any number of threads.
 Image preview(const Setting&, const sim::Frame&, const std::string& caption, double top_speed);
+Image preview(const Setting&, const sim::Frame&, const surface::Mesh&, const std::string& caption, double top_speed);
+
+/// Pictures as displayed (R G B first), side by side, row by row, each over its label; as many to a row as bring the sheet nearest to 16 : 9.
+/// Throws base::Error (exit 2) when sizes differ.
+Image sheet(const std::vector<Image>&, const std::vector<std::string>& labels);
 
 /// A picture as displayed (a preview), its R, G and B decoded from sRGB: what an EXR file holds. Other channels stay as they are.
 Image scene_linear(const Image& display);

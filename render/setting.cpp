@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/attribute/attribute.h"
 #include "render/render.h"
 
 namespace render {
@@ -11,6 +12,7 @@ constexpr std::string_view kKinds[] = {"area", "sphere", "sun", "sky", "environm
 constexpr std::string_view kCaustics[] = {"straight", "path", "none"};
 constexpr std::string_view kGrounds[] = {"floor", "cyclorama", "none"};
 constexpr std::string_view kDenoise[] = {"none", "layer", "picture"};
+constexpr std::string_view kDraw[] = {"points", "surface"};
 constexpr std::string_view kViews[] = {"filmic", "srgb"};
 
 /// Keys ascend, and what they say is not said again beside them.
@@ -25,6 +27,13 @@ void check_keys(const Camera& c, base::Params& p) {
 }
 
 }  // namespace
+
+void Preview::params(base::Params& p) {
+  const std::span<const std::string_view> names = p.vector_size() == 3 ? std::span<const std::string_view>(attribute::kNames) : attribute::kFlatNames;
+  p("color", color, "what previews (and two-dimensional pictures) are coloured by", names);
+  p("range", range, "m/s or 1/s", "end of the colour bar", base::above(0), "one that the shot hardly passes");
+  if (p.when(p.vector_size() == 3)) p("draw", draw, "the particles, or the surface made of them", kDraw);
+}
 
 void CameraKey::params(base::Params& p) {
   p("frame", frame, "1", "frame of the key; keys stand in ascending order");
@@ -142,8 +151,9 @@ bool Setting::draws_grains() const { return draws(*this, "grains"); }
 
 void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
+  p.table("preview", "previews", [&](base::Params& q) { preview.params(q); });
   if (p.vector_size() == 2) {
-    for (const auto table : {"camera", "light", "set", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view");
+    for (const auto table : {"camera", "light", "set", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view");
     return;
   }
   p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });

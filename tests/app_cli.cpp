@@ -196,7 +196,7 @@ TEST_F(CommandLine, HelpNamesEveryCommandAndExitsWell) {
   EXPECT_EQ(outcome.exit, 0);
   EXPECT_EQ(outcome.err, "");
   EXPECT_EQ(parse({}).text, outcome.out);
-  for (const std::string command : {"run", "simulate", "surface", "render", "list", "info", "diff", "params"}) {
+  for (const std::string command : {"run", "simulate", "surface", "render", "list", "info", "diff", "sheet", "params"}) {
     EXPECT_NE(outcome.out.find("polypic " + command), std::string::npos) << command;
     EXPECT_TRUE(parse({command, "--help"}).text.starts_with("polypic " + command)) << command;
   }

@@ -82,12 +82,19 @@ void add_diff_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("--out", words.out);
 }
 
+void add_sheet_options(CLI::App& command, Request& request, Words& words) {
+  command.add_option("RUN", request.subjects)->required()->expected(-1);
+  command.add_option("--frames", words.frames);
+  command.add_option("--out", words.out);
+}
+
 void add_options(CLI::App& command, const std::string& name, Request& request, Words& words) {
   command.set_help_flag("-h,--help");
   command.add_flag("--json", request.json);
   if (name == "list") return;
   if (name == "info") command.add_option("FILE", request.subject)->required();
   else if (name == "diff") add_diff_options(command, request, words);
+  else if (name == "sheet") add_sheet_options(command, request, words);
   else if (name == "params") {
     command.add_option("TOPIC", request.subject);
     command.add_flag("--example", request.example);
@@ -140,10 +147,11 @@ Request parse_command_line(int count, const char* const* given) {
   }
   request.overrides.quality = words.quality;
   if (words.frames) request.frames = frames_from(*words.frames);
+  if (first == "sheet" && request.frames && request.frames->last != request.frames->first) refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
   if (words.threads) request.threads = threads_from(*words.threads);
   if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
-  if (words.out && words.out->empty()) refuse("--out", first == "diff" ? "needs the name of a .png file" : "needs the name of a directory");
+  if (words.out && words.out->empty()) refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");

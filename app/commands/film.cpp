@@ -26,6 +26,7 @@ std::vector<Stage> stages_of(const Request& request, const Shot& shot) {
   if (request.command == "render") return {request.preview ? Stage::preview : Stage::render};
   if (is_flat && request.preview) return {Stage::simulate, Stage::preview, Stage::render};
   if (is_flat) return {Stage::simulate, Stage::render};
+  if (request.preview && shot.render.preview.draw == "surface") return {Stage::simulate, Stage::surface, Stage::preview, Stage::render};
   if (request.preview) return {Stage::simulate, Stage::preview, Stage::surface, Stage::render};
   return {Stage::simulate, Stage::surface, Stage::render};
 }

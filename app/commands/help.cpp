@@ -16,6 +16,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic list             shots, materials and looks that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png or run.json
   polypic diff A B         how far two images, .vdb files or runs lie apart
+  polypic sheet RUN...     pictures of several runs side by side, with labels
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
 
 SHOT is a TOML file, or the name of a shot in the list. polypic COMMAND --help says more.
@@ -42,7 +43,7 @@ const std::map<std::string_view, std::string> kPages = {
     {"run", std::string(R"(polypic run SHOT [options]     simulates, surfaces and renders, frame by frame, then makes the movie
 
 Frames that are finished are kept: the same command goes on where it was stopped.
-)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(also draws the particles: preview/preview.0001.png, preview.mp4
+)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(also draws quick previews: preview/preview.0001.png, preview.mp4
 
   polypic run dam_break
   polypic run mine.toml --quality draft --preview
@@ -59,7 +60,7 @@ Frames that are finished are kept: the same command goes on where it was stopped
   polypic surface mine.toml --restart --set surface.voxel=0.005
 )"},
     {"render", std::string(R"(polypic render SHOT [options]     path traces the surface: images/beauty.0001.exr and .png ..., movie.mp4
-)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(draws the particles instead; needs the points only
+)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(draws quick previews instead, of what [preview] says; needs the points only
 
   polypic render mine.toml --frames 12
   polypic render mine.toml --restart --set render.spp=256
@@ -96,6 +97,17 @@ frame by frame and stage by stage. How long a run took is no difference.
   polypic diff out/before out/after
   polypic diff a.png b.png --fail 0.02 --fail-percent 0.5 --out difference.png
   polypic diff coarse/surface/surface.0012.vdb fine/surface/surface.0012.vdb --fail 0.001
+)"},
+    {"sheet", R"(polypic sheet RUN... [options]     pictures of several runs side by side on one sheet
+
+RUN is a run's directory; its label says name, transfer, frame, time and the seconds that simulating took. Previews are shown where
+every run has them, else the film's pictures. PNG files instead of runs are labelled with their names.
+
+  --frames N          the frame (default: the last that all runs have)
+  --out FILE.png      default: sheet.png
+  --json              {file, width, height, labels}
+
+  polypic sheet out/pic out/apic out/polypic --frames 24 --out compared.png
 )"},
     {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
 

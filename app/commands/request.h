@@ -18,6 +18,7 @@ struct Request {
   std::optional<std::filesystem::path> graph;   // plan: where the picture of the passes goes
   std::optional<int> threads;
   bool restart = false, preview = false, quiet = false, json = false, example = false;
+  std::vector<std::string> subjects;   // sheet: runs or pictures
   std::string other;                // diff: the second file
   double fail = 0, fail_percent = 0;
   std::string text;                 // --help and --version: what to print, and nothing else to do

@@ -1,6 +1,7 @@
 #include "app/shot/describe.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <sstream>
 
@@ -181,6 +182,12 @@ std::string declared_key_ending_in(std::string_view name) {
   for (const KeyRow& row : all_keys())
     if (row.key.ends_with("." + std::string(name))) return row.key;
   return {};
+}
+
+std::string transfer_text(const sim::Options& o) {
+  constexpr std::array<const char*, 4> kWritten{"PIC", "FLIP", "APIC", "PolyPIC"};
+  const std::string modes = o.modes.count > 0 ? std::to_string(o.modes.count) + " modes " : o.modes.name.empty() ? "full " : o.modes.name + " ";
+  return kWritten[static_cast<std::size_t>(o.transfer)] + std::string(" ") + (o.transfer == sim::Transfer::polypic ? modes : "") + (o.kernel == sim::Kernel::linear ? "linear" : "quadratic");
 }
 
 std::string example_shot() {

@@ -150,8 +150,9 @@ Node stage_keys(const Shot& shot, const std::string& stage) {
   } else if (stage == "surface") {
     take("surface");
   } else {
-    assert(stage == "render" && "there are three stages");
+    assert((stage == "render" || stage == "preview") && "there are four stages");
     for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
+    if (stage == "preview" || shot.scene.options.dimension == 2) take("preview");
     if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
     keys.at("body") = entries(all, "body", "look", true);
     keys.at("collider") = entries(all, "collider", "look", true);
@@ -227,7 +228,7 @@ bool is_resolved(const std::string& text) {
 
 std::string stage_text(const Shot& shot, const std::string& stage) {
   Node keys = stage_keys(shot, stage);
-  if (stage == "render") add_contents(shot.render, keys);
+  if (stage == "render" || stage == "preview") add_contents(shot.render, keys);
   return shot_text(keys);
 }
 

@@ -30,6 +30,9 @@ struct Shot {
   void params(base::Params&);
 };
 
+/// "PolyPIC full linear", "APIC quadratic": for captions.
+std::string transfer_text(const sim::Options&);
+
 /// What the command line adds to a file.
 struct Overrides {
   std::optional<std::string> quality;
@@ -58,14 +61,14 @@ std::string example_shot();
 struct ChangedKey {
   std::string key, before, now;
 };
-/// What `stage` ("simulate", "surface", "render") reads otherwise in `now` than in the shot that `resolved_before` is the text of.
+/// What `stage` ("simulate", "surface", "render", "preview") reads otherwise in `now` than in the shot that `resolved_before` is the text of.
 /// Throws base::Error when that is no shot.
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage);
 
 /// Whether a text is the `resolved` of some shot, and nobody's own writing.
 bool is_resolved(const std::string& text);
 
-/// Canonical text of the keys one stage reads, for its hash: "simulate", "surface" or "render"; defaults, and the looks and lights
+/// Canonical text of the keys one stage reads, for its hash: "simulate", "surface", "render" or "preview"; defaults, and the looks and lights
 /// that come with the program, are written out.
 std::string stage_text(const Shot&, const std::string& stage);
 

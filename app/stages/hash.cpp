@@ -22,7 +22,9 @@ StageHashes stage_hashes(const Shot& shot) {
   hashes.simulate = hex16(fnv1a(stage_text(shot, "simulate")));
   const bool has_surface = shot.scene.options.dimension == 3;
   if (has_surface) hashes.surface = hex16(fnv1a(hashes.simulate + '\n' + stage_text(shot, "surface")));
-  hashes.render = hex16(fnv1a((has_surface ? hashes.surface : hashes.simulate) + '\n' + stage_text(shot, "render")));
+  const std::string above = (has_surface ? hashes.surface : hashes.simulate) + '\n';
+  hashes.render = hex16(fnv1a(above + stage_text(shot, "render")));
+  hashes.preview = hex16(fnv1a(above + stage_text(shot, "preview")));
   return hashes;
 }
 

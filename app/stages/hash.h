@@ -16,9 +16,8 @@ std::string hex16(std::uint64_t);
 /// Of the keys that each stage reads (and the contents of the files they name, of which there are none yet), chained: a change
 /// upstream changes all below it. The program's version is no part of them: records name it, and who goes on compares it.
 struct StageHashes {
-  std::string simulate, surface, render;   // no surface in two dimensions
-  /// A preview stands on the camera too.
-  const std::string& of(Stage stage) const { return stage == Stage::simulate ? simulate : stage == Stage::surface ? surface : render; }
+  std::string simulate, surface, render, preview;   // no surface in two dimensions
+  const std::string& of(Stage stage) const { return stage == Stage::simulate ? simulate : stage == Stage::surface ? surface : stage == Stage::render ? render : preview; }
 };
 StageHashes stage_hashes(const Shot&);
 

@@ -44,7 +44,7 @@ std::vector<ChangedKey> changes(const Making& m, Stage stage) {
   std::error_code none;
   if (!fs::exists(m.folder.shot(), none) || (stage == Stage::surface && m.dimension() == 2)) return {};
   try {
-    return changed_keys(base::read_file(m.folder.shot(), kLargestRecord), m.shot, std::string(stage_name(stage == Stage::preview ? Stage::render : stage)));
+    return changed_keys(base::read_file(m.folder.shot(), kLargestRecord), m.shot, std::string(stage_name(stage)));
   } catch (const base::Error&) {
     throw refusal(m.folder.shot(), "is no shot any more, so what the frames here were made with is unknown");
   }

@@ -9,6 +9,7 @@
 #include "app/stages/record.h"
 #include "app/stages/stopwatch.h"
 #include "app/version.h"
+#include "base/error.h"
 #include "surface/surface.h"
 
 namespace app {
@@ -29,8 +30,9 @@ double top_speed(const sim::Scene& scene) {
 }
 
 std::string caption(const Shot& shot, const sim::Frame& frame) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number), frame.time, frame.id.size());
+  char text[200];
+  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number), frame.time,
+                transfer_text(shot.scene.options).c_str(), frame.id.size());
   return text;
 }
 
@@ -66,6 +68,13 @@ render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
 
 render::Image PictureMaker::draw(std::int64_t frame, base::Ledger& ledger) const {
   const sim::Frame points = surface::read_points(folder_.points(frame));
+  if (!is_flat() && shot_.render.preview.draw == "surface") {
+    const auto made = read_record(folder_, Stage::surface, frame);
+    if (!made || made->hash != hashes_.surface) base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
+    const surface::Mesh mesh = surface::read_surface(folder_.surface(frame), shot_.surface, ledger);
+    const auto pass = ledger.pass("draw", static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(base::Vec3f)));
+    return render::preview(shot_.render, points, mesh, caption(shot_, points), top_speed(shot_.scene));
+  }
   const auto pass = ledger.pass("draw", static_cast<std::int64_t>(points.position.size() * 2 * sizeof(base::Vec3f)));
   return render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
 }

@@ -20,7 +20,7 @@ class PictureMaker {
   double preview(std::int64_t frame);
 
  private:
-  /// Path traced from the surface; in two dimensions the points are drawn.
+  /// Path traced from the surface; in two dimensions, and for previews, drawn.
   render::Image trace(std::int64_t frame, base::Ledger&);
   render::Image draw(std::int64_t frame, base::Ledger&) const;
   bool is_flat() const { return shot_.scene.options.dimension == 2; }

@@ -7,7 +7,6 @@
 #include "base/parallel.h"
 #include "render/raster/canvas.h"
 #include "render/raster/closing.h"
-#include "render/raster/colors.h"
 #include "render/raster/rasterizer.h"
 #include "render/view/plane.h"
 
@@ -47,7 +46,8 @@ class Samples {
   Samples(const Setting& setting, const view::Plane& plane, int factor)
       : setting_(setting), plane_(plane), factor_(factor), width_(setting.options.width * factor), height_(setting.options.height * factor) {}
 
-  std::vector<std::uint8_t> draw(const sim::Frame& frame, double top_speed) const {
+  std::vector<std::uint8_t> draw(const sim::Frame& frame, const attribute::Scale& scale) const {
+    const std::vector<float> values = attribute::values(setting_, frame);
     const double spacing = frame.pscale * std::sqrt(std::numbers::pi) * plane_.scale * factor_;  // [samples]
     const double radius = std::max(1.0, frame.pscale * plane_.scale * factor_);
     const auto gap = static_cast<std::int64_t>(std::ceil(kClosing * spacing));
@@ -55,7 +55,7 @@ class Samples {
     drawing.discs.reserve(frame.position.size());
     for (std::size_t i = 0; i < frame.position.size(); ++i) {
       const Vec2 at = factor_ * plane_.pixel(frame.position[i].head<2>().cast<double>());
-      drawing.discs.push_back({Vec3f(static_cast<float>(at.x()), static_cast<float>(at.y()), 0), raster::viridis(frame.velocity[i].norm() / static_cast<float>(top_speed))});
+      drawing.discs.push_back({Vec3f(static_cast<float>(at.x()), static_cast<float>(at.y()), 0), scale.color(values[i])});
     }
     std::vector<std::uint8_t> rgba = raster::rasterize(drawing);
     paint_ground(gap, rgba);
@@ -139,14 +139,14 @@ Image draw(const Setting& setting, const sim::Frame& frame, const std::string& c
   const Layout layout = layout_of(options);
   const view::Plane plane = view::fit(setting.domain, options.width, options.height, layout.margin);
   const int factor = std::max(options.width, options.height) <= 4096 ? 2 : 1;  // samples across a pixel
-  const double top = top_speed > 0 ? top_speed : 1;
-  Image image = raster::shrink(Samples(setting, plane, factor).draw(frame, top), options.width, options.height, factor);
+  const attribute::Scale scale = attribute::scale_of(setting, top_speed);
+  Image image = raster::shrink(Samples(setting, plane, factor).draw(frame, scale), options.width, options.height, factor);
   const raster::Canvas canvas{image, layout.scale};
   draw_frame(canvas, plane);
   if (!layout.axes) return image;
   draw_ticks(canvas, plane, 0);
   draw_ticks(canvas, plane, 1);
-  raster::draw_color_bar(canvas, top);
+  raster::draw_color_bar(canvas, scale);
   canvas.write(12 * canvas.scale, image.height - 20 * canvas.scale, caption);
   return image;
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "render/raster/colors.h"
 #include "render/raster/font.h"
 
 namespace render::raster {
@@ -37,6 +36,12 @@ void Canvas::write(std::int64_t x, std::int64_t y, std::string_view text) const 
 
 std::int64_t Canvas::width_of(std::string_view text) const { return static_cast<std::int64_t>(text.size()) * kGlyphWidth * scale; }
 
+void Canvas::line(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1, const base::Vec3f& color) const {
+  const std::int64_t steps = std::max({std::abs(x1 - x0), std::abs(y1 - y0), std::int64_t{1}});
+  for (std::int64_t i = 0; i <= steps; ++i)
+    set(x0 + std::lround(static_cast<double>(i * (x1 - x0)) / static_cast<double>(steps)), y0 + std::lround(static_cast<double>(i * (y1 - y0)) / static_cast<double>(steps)), color);
+}
+
 double tick_step(double range, double parts) {
   const double raw = range / parts, power = std::pow(10.0, std::floor(std::log10(raw))), digit = raw / power;
   return (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10) * power;
@@ -48,18 +53,20 @@ std::string tick_label(double value) {
   return number;
 }
 
-void draw_color_bar(const Canvas& canvas, double top_speed) {
+void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
   const Image& image = canvas.image;
   const std::int64_t s = canvas.scale, width = 12 * s, height = std::max<std::int64_t>(8 * s, image.height / 2);
   const std::int64_t left = image.width - 64 * s, top = (image.height - height) / 2;
-  for (std::int64_t y = 0; y < height; ++y) canvas.fill(left, top + y, width, 1, viridis(1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(height)));
-  const double step = tick_step(top_speed, 5);
-  for (int i = 0; i * step <= top_speed * (1 + 1e-9); ++i) {
-    const auto y = top + std::lround(static_cast<double>(height) * (1 - i * step / top_speed));
+  const double low = scale.is_signed ? -scale.top : 0, range = scale.top - low;
+  for (std::int64_t y = 0; y < height; ++y)
+    canvas.fill(left, top + y, width, 1, scale.color(static_cast<float>(scale.top - range * (static_cast<double>(y) + 0.5) / static_cast<double>(height))));
+  const double step = tick_step(range, 5);
+  for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i * step <= scale.top * (1 + 1e-9); ++i) {
+    const auto y = top + std::lround(static_cast<double>(height) * (scale.top - i * step) / range);
     canvas.fill(left + width, std::min(y, top + height - 1), 4 * s, 1, kInk);
     canvas.write(left + width + 7 * s, y - 6 * s, tick_label(i * step));
   }
-  canvas.write(left, top - 22 * s, "m/s");
+  canvas.write(left, top - 22 * s, scale.unit);
 }
 
 Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor) {

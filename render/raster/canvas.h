@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "render/attribute/attribute.h"
 #include "render/render.h"
 
 namespace render::raster {
@@ -18,6 +19,8 @@ struct Canvas {
   void fill(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height, const base::Vec3f& color) const;
   /// (x, y) is the upper left corner of the first letter.
   void write(std::int64_t x, std::int64_t y, std::string_view text) const;
+  /// Straight, both ends included.
+  void line(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1, const base::Vec3f& color) const;
   std::int64_t width_of(std::string_view text) const;
 };
 
@@ -26,8 +29,8 @@ double tick_step(double range, double parts);
 /// A tick's value in as few digits as it takes.
 std::string tick_label(double value);
 
-/// Viridis from 0 to `top_speed` [m/s] at the right edge, half as high as the picture.
-void draw_color_bar(const Canvas&, double top_speed);
+/// At the right edge, half as high as the picture, with the unit above it.
+void draw_color_bar(const Canvas&, const attribute::Scale&);
 
 /// Means of factor x factor samples (RGBA, 8 bits), display-referred.
 Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor);

@@ -1,6 +1,9 @@
 #include "render/raster/colors.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "render/image/tone.h"
 
 namespace render::raster {
 namespace {
@@ -13,7 +16,23 @@ constexpr float kViridis[kAnchors][3] = {
     {0.369214f, 0.788888f, 0.382914f}, {0.515992f, 0.831158f, 0.294279f}, {0.678489f, 0.863742f, 0.189503f}, {0.845561f, 0.887322f, 0.099702f},
     {0.993248f, 0.906157f, 0.143936f}};
 
+/// Oklab to linear Rec.709 [Ottosson20].
+base::Vec3f linear_of(const base::Vec3f& lab) {
+  const auto cube = [](float v) { return v * v * v; };
+  const float l = cube(lab[0] + 0.3963377774f * lab[1] + 0.2158037573f * lab[2]), m = cube(lab[0] - 0.1055613458f * lab[1] - 0.0638541728f * lab[2]),
+              s = cube(lab[0] - 0.0894841775f * lab[1] - 1.2914855480f * lab[2]);
+  return {4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s, -1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s,
+          -0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s};
+}
+
 }  // namespace
+
+base::Vec3f blue_to_red(float s) {
+  const base::Vec3f blue(0.45f, -0.035f, -0.17f), white(0.96f, 0, 0.01f), red(0.45f, 0.155f, 0.08f);
+  const float away = std::min(std::abs(s), 1.0f);
+  const base::Vec3f linear = linear_of(white + away * ((s < 0 ? blue : red) - white));
+  return {image::srgb_code(linear[0]), image::srgb_code(linear[1]), image::srgb_code(linear[2])};
+}
 
 base::Vec3f viridis(float s) {
   const float at = std::clamp(s, 0.0f, 1.0f) * (kAnchors - 1);

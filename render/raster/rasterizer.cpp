@@ -40,6 +40,17 @@ void main() {
   float light = dot(vec3(at, sqrt(1 - r2)), vec3(-0.37, 0.56, 0.74));
   result = vec4(shade * (0.62 + 0.42 * max(light, 0.0)), 1);
 })";
+constexpr const char* kFacetVertex = R"(#version 450 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 color;
+uniform mat4 clip;
+uniform vec3 light;   // towards it
+out vec3 shade;
+void main() {
+  gl_Position = clip * vec4(position, 1);
+  shade = color * (0.55 + 0.45 * abs(dot(normalize(normal), light)));
+})";
 constexpr const char* kLineVertex = R"(#version 450 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 color;
@@ -132,18 +143,19 @@ Eigen::Matrix4f clip_matrix(const view::View& v) {
   return (clip * world).cast<float>();
 }
 
-/// Makes pairs of position and colour the current vertex attributes: one a vertex, or one an instance.
-void bind(const void* items, std::size_t bytes, bool instanced) {
+/// Makes triples of floats, `parts` to an item (position, colour; position, normal, colour), the current vertex attributes: one a vertex, or
+/// one an instance.
+void bind(const void* items, std::size_t bytes, bool instanced, GLuint parts = 2) {
   GLuint array = 0, store = 0;
   glGenVertexArrays(1, &array);
   glBindVertexArray(array);
   glGenBuffers(1, &store);
   glBindBuffer(GL_ARRAY_BUFFER, store);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), items, GL_STATIC_DRAW);
-  constexpr GLsizei kStride = 6 * sizeof(float);
-  for (GLuint i = 0; i < 2; ++i) {
+  const auto stride = static_cast<GLsizei>(parts * 3 * sizeof(float));
+  for (GLuint i = 0; i < parts; ++i) {
     glEnableVertexAttribArray(i);
-    glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, kStride, reinterpret_cast<const void*>(std::size_t{i} * 3 * sizeof(float)));
+    glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, stride, reinterpret_cast<const void*>(std::size_t{i} * 3 * sizeof(float)));
     if (instanced) glVertexAttribDivisor(i, 1);
   }
 }
@@ -154,6 +166,20 @@ void draw(GLuint shader, GLenum mode, const Eigen::Matrix4f& clip, const void* i
   glUseProgram(shader);
   glUniformMatrix4fv(glGetUniformLocation(shader, "clip"), 1, GL_FALSE, clip.data());
   glDrawArrays(mode, 0, vertices);
+}
+
+void draw_facets(const Drawing& d, const Eigen::Matrix4f& clip) {
+  bind(d.corners.data(), d.corners.size() * sizeof(Corner), false, 3);
+  const GLuint shader = program(kFacetVertex, kLineFragment);
+  glUseProgram(shader);
+  glUniformMatrix4fv(glGetUniformLocation(shader, "clip"), 1, GL_FALSE, clip.data());
+  const base::Vec3f light = (-0.37 * d.view.right + 0.56 * d.view.up - 0.74 * d.view.forward).cast<float>();
+  glUniform3f(glGetUniformLocation(shader, "light"), light.x(), light.y(), light.z());
+  GLuint indices = 0;
+  glGenBuffers(1, &indices);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(d.facets.size() * sizeof(d.facets[0])), d.facets.data(), GL_STATIC_DRAW);
+  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * d.facets.size()), GL_UNSIGNED_INT, nullptr);
 }
 
 void fill_background(const Drawing& d, std::vector<std::uint8_t>& pixels) {
@@ -171,7 +197,7 @@ void fill_background(const Drawing& d, std::vector<std::uint8_t>& pixels) {
 }  // namespace
 
 std::vector<std::uint8_t> rasterize(const Drawing& d) {
-  static_assert(sizeof(Disc) == 6 * sizeof(float) && sizeof(Line) == 9 * sizeof(float));
+  static_assert(sizeof(Disc) == 6 * sizeof(float) && sizeof(Line) == 9 * sizeof(float) && sizeof(Corner) == 9 * sizeof(float));
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(d.width) * static_cast<std::size_t>(d.height) * 4);
   const Context context = make_current(pixels, d.width, d.height);
   glViewport(0, 0, d.width, d.height);
@@ -186,6 +212,7 @@ std::vector<std::uint8_t> rasterize(const Drawing& d) {
     glUniform1f(glGetUniformLocation(discs, "diameter"), d.radius * static_cast<float>(d.height / d.view.tan_y));
     draw(discs, GL_POINTS, clip, d.discs.data(), d.discs.size() * sizeof(Disc), static_cast<GLsizei>(d.discs.size()));
   }
+  if (!d.facets.empty()) draw_facets(d, clip);
   if (!d.lines.empty()) {
     std::vector<Disc> ends;
     for (const Line& line : d.lines) {

@@ -1,6 +1,7 @@
 #pragma once
-// Spheres drawn as shaded discs, and lines, with a depth test; discs in a plane. By OpenGL in memory: the same bits for any number
+// Spheres drawn as shaded discs, facets and lines, with a depth test; discs in a plane. By OpenGL in memory: the same bits for any number
 // of threads.
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +19,11 @@ struct Line {
   base::Vec3f color;
 };
 
+/// A corner of a facet. Facets are lit from both sides.
+struct Corner {
+  base::Vec3f place, normal, color;  // [m]
+};
+
 struct Drawing {
   int width = 0, height = 0;  // [pixels]
   view::View view;
@@ -25,6 +31,8 @@ struct Drawing {
   base::Vec3f top, bottom;    // background, from the upper to the lower edge
   std::vector<Disc> discs;
   std::vector<Line> lines;
+  std::vector<Corner> corners;
+  std::vector<std::array<std::uint32_t, 3>> facets;
 };
 
 /// RGBA, 8 bits, rows top-down.

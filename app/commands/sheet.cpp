@@ -1,0 +1,94 @@
+// Several runs, or pictures, side by side.
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/commands.h"
+#include "app/stages/folder.h"
+#include "app/stages/record.h"
+#include "base/error.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool has(const std::vector<std::int64_t>& frames, std::int64_t frame) { return std::find(frames.begin(), frames.end(), frame) != frames.end(); }
+
+/// The last frame that all runs have, or the one asked for.
+std::optional<std::int64_t> common_frame(const std::vector<Folder>& runs, Stage stage, const std::optional<FrameRange>& asked) {
+  std::vector<std::int64_t> frames = runs.front().recorded_frames(stage);
+  if (asked) frames = {asked->first};
+  for (const Folder& run : runs) {
+    const std::vector<std::int64_t> others = run.recorded_frames(stage);
+    std::erase_if(frames, [&](std::int64_t frame) { return !has(others, frame); });
+  }
+  return frames.empty() ? std::nullopt : std::optional(frames.back());
+}
+
+/// NAME  PolyPIC full linear  frame 12  t = 0.458 s  31.5 s: the last is what simulating took so far.
+std::string label_of(const Folder& run, std::int64_t frame) {
+  const Shot shot = read_shot(run.shot(), {});
+  double seconds = 0;
+  for (const std::int64_t f : run.recorded_frames(Stage::simulate))
+    if (const auto record = read_record(run, Stage::simulate, f); record && f <= frame) seconds += record->seconds;
+  char text[160];
+  std::snprintf(text, sizeof text, "  %s  frame %lld  t = %.3f s  %.1f s", transfer_text(shot.scene.options).c_str(), static_cast<long long>(frame),
+                static_cast<double>(frame - 1) / shot.fps, seconds);
+  const fs::path root = run.root().has_filename() ? run.root() : run.root().parent_path();
+  return root.filename().string() + text;
+}
+
+struct Panels {
+  std::vector<render::Image> pictures;
+  std::vector<std::string> labels;
+};
+
+/// Previews where every run has that frame's, else the film's pictures.
+Panels panels_of_runs(const std::vector<Folder>& runs, const std::optional<FrameRange>& asked) {
+  for (const Stage stage : {Stage::preview, Stage::render}) {
+    const auto frame = common_frame(runs, stage, asked);
+    if (!frame) continue;
+    Panels panels;
+    for (const Folder& run : runs) {
+      panels.pictures.push_back(render::read_image(stage == Stage::preview ? run.preview(*frame) : run.image(*frame, ".png")));
+      panels.labels.push_back(label_of(run, *frame));
+    }
+    return panels;
+  }
+  const std::string which = asked ? "frame " + std::to_string(asked->first) : "a frame";
+  throw base::Error({.file = runs.front().root().string(), .hint = "polypic render --preview draws them", .message = "not all of the runs have a picture of " + which});
+}
+
+Panels panels_of_pictures(const std::vector<std::string>& files) {
+  Panels panels;
+  for (const std::string& file : files) {
+    panels.pictures.push_back(render::read_image(file));
+    if (panels.pictures.back().channels.size() < 3) base::throw_input(file, "has no red, green and blue");
+    panels.labels.push_back(fs::path(file).filename().string());
+  }
+  return panels;
+}
+
+}  // namespace
+
+void sheet(const Request& request) {
+  const fs::path out = request.out.value_or("sheet.png");
+  if (out.extension() != ".png") throw base::Error({.file = "--out " + out.string(), .message = "a sheet is a .png file"});
+  std::vector<Folder> runs;
+  for (const std::string& subject : request.subjects)
+    if (fs::is_directory(subject)) runs.emplace_back(subject);
+  if (!runs.empty() && runs.size() != request.subjects.size())
+    throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
+  for (const Folder& run : runs)
+    if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
+  const Panels panels = runs.empty() ? panels_of_pictures(request.subjects) : panels_of_runs(runs, request.frames);
+  base::Ledger ledger;
+  const render::Image image = render::sheet(panels.pictures, panels.labels);
+  render::write_png(out, image, {}, /*display_referred=*/true, ledger);
+  if (!request.json) return;
+  const nlohmann::ordered_json told = {{"file", out.string()}, {"width", image.width}, {"height", image.height}, {"labels", panels.labels}};
+  std::printf("%s\n", told.dump(2).c_str());
+}
+
+}  // namespace app

@@ -1,0 +1,78 @@
+// Runs and pictures on one sheet: what is shown, what labels say, and how it refuses.
+#include <nlohmann/json.hpp>
+
+#include "render/render.h"
+#include "run_program.h"
+
+namespace {
+
+constexpr auto kShot = R"(
+[shot]
+frames = 3
+[sim]
+dimension = 2
+domain = [[0, 0], [1, 0.5]]
+cell = 0.05
+[[body]]
+name = "column"
+shape = { box = [[0, 0], [0.3, 0.4]] }
+[[effect]]
+kind = "gravity"
+[preview]
+color = "vorticity"
+[render]
+width = 320
+height = 192
+)";
+
+class Sheet : public ProgramTest {
+ protected:
+  void expect_refusal(std::vector<std::string> words, const std::string& line) const {
+    const Outcome outcome = run(std::move(words));
+    EXPECT_EQ(outcome.exit, 2) << outcome.out;
+    EXPECT_TRUE(outcome.err.starts_with("polypic: " + line)) << outcome.err;
+  }
+};
+
+}  // namespace
+
+TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
+  write("shot.toml", kShot);
+  for (const std::string transfer : {"pic", "polypic"})
+    ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", transfer, "--set", "sim.transfer=" + transfer, "--frames", transfer == "pic" ? "1-3" : "1-2"}).exit, 0);
+  const Outcome outcome = run({"sheet", "pic", "polypic/", "--out", "both.png", "--json"});
+  ASSERT_EQ(outcome.exit, 0) << outcome.err;
+  const auto told = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(told.at("labels")[0].get<std::string>().starts_with("pic  PIC linear  frame 2  t = 0.042 s  ")) << told;
+  EXPECT_TRUE(told.at("labels")[1].get<std::string>().starts_with("polypic  PolyPIC full linear  frame 2  t = 0.042 s  ")) << "the last frame that both have: " << told;
+  const render::Image sheet = render::read_image(folder / "both.png"), picture = render::read_image(folder / "pic/images/beauty.0002.png");
+  EXPECT_EQ(sheet.width, told.at("width"));
+  std::size_t shown = 0;   // the first picture stands somewhere as it is
+  for (std::int64_t y = 0; y < 8 && !shown; ++y)
+    for (std::int64_t x = 0; x < 8 && !shown; ++x) {
+      bool same = true;
+      for (std::int64_t j = 0; j < picture.height && same; ++j)
+        same = std::equal(&picture.pixels[static_cast<std::size_t>(j * picture.width * 3)], &picture.pixels[static_cast<std::size_t>(j * picture.width * 3)] + picture.width * 3,
+                          &sheet.pixels[static_cast<std::size_t>(((y + j) * sheet.width + x) * 3)]);
+      shown = same;
+    }
+  EXPECT_EQ(shown, 1u);
+  expect_refusal({"sheet", "pic", "polypic", "--frames", "3"}, "pic: not all of the runs have a picture of frame 3");
+  expect_refusal({"sheet", "pic", "both.png"}, "a sheet is of runs or of pictures, not of both");
+}
+
+TEST_F(Sheet, OfPicturesHasTheirNames) {
+  render::Image grey{.width = 32, .height = 32, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(32 * 32 * 3, 0.5f)};
+  base::Ledger ledger;
+  for (const char* name : {"a.png", "b.png", "c.png"}) render::write_png(folder / name, grey, {}, true, ledger);
+  const Outcome outcome = run({"sheet", "a.png", "b.png", "c.png", "--json"});
+  ASSERT_EQ(outcome.exit, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("labels"), (nlohmann::json{"a.png", "b.png", "c.png"}));
+  EXPECT_EQ(render::read_image(folder / "sheet.png").width, nlohmann::json::parse(outcome.out).at("width"));
+  std::filesystem::create_directory(folder / "empty");
+  expect_refusal({"sheet", "empty"}, "empty: not the directory of a run");
+  expect_refusal({"sheet", "none.png"}, "none.png: ");
+  expect_refusal({"sheet"}, "RUN is required");
+  expect_refusal({"sheet", "a.png", "--out", "sheet.jpg"}, "--out sheet.jpg: a sheet is a .png file");
+  expect_refusal({"sheet", "a.png", "--frames", "1-2"}, "--frames 1-2: must be one frame");
+}
