@@ -4,6 +4,12 @@
 
 namespace render {
 
+namespace {
+
+constexpr std::string_view kDrawn[] = {"surface", "grains"};
+
+}  // namespace
+
 void Look::params(base::Params& p) {
   p("model", model, "how the surface scatters light", trace::kModels);
   const bool coats = model == "coated" || model == "translucent";
@@ -19,6 +25,11 @@ void Look::params(base::Params& p) {
   if (p.when(coats)) p("coat", coat, "1", "index of refraction of a coat around the body; 1 is none", base::within(1, 4));
   if (p.when(model == "translucent")) p("depth", depth, "m", "how far light goes in it before it is scattered", base::above(0));
   if (p.when(model == "emissive")) p("intensity", intensity, "1", "radiance that the colour is multiplied with", base::at_least(0));
+  p("draw", draw, "of a body: its surface, or every particle as a ball", kDrawn);
+  if (p.when(draw == "grains")) {
+    p("grain_size", grain_size, "1", "radius of a grain, in those of a ball of the particle's volume", base::above(0));
+    p("grain_variation", grain_variation, "1", "share by which grains are lighter or darker than the colour", base::within(0, 1));
+  }
 }
 
 // Water: pure water takes 0.34, 0.06 and 0.01 of a metre's red, green and blue; a tank of a metre or two shows its colour only when
@@ -34,7 +45,8 @@ std::map<std::string, Look> shipped_looks() {
   looks["rubber"] = {.model = "coated", .color = Vec3(0.035, 0.035, 0.038), .roughness = 0.62, .coat = 1.5};
   looks["clay"] = {.model = "coated", .color = Vec3(0.42, 0.17, 0.09), .roughness = 0.8, .coat = 1.35};
   looks["steel"] = {.model = "conductor", .color = Vec3(0.56, 0.57, 0.58), .roughness = 0.3, .edge = Vec3(0.9, 0.92, 0.95)};
-  looks["sand"] = {.color = Vec3(0.58, 0.43, 0.27)};
+  looks["lamp"] = {.model = "emissive", .color = Vec3(1, 0.62, 0.3), .intensity = 2.5};
+  looks["sand"] = {.color = Vec3(0.58, 0.43, 0.27), .draw = "grains"};
   looks["dry_sand"] = {.color = Vec3(0.62, 0.47, 0.29), .draw = "grains"};
   looks["wet_sand"] = {.color = Vec3(0.36, 0.26, 0.16), .draw = "grains"};
   looks["water_mpm"] = looks["water"];

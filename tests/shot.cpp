@@ -378,3 +378,15 @@ TEST_F(Shot, ThatIsNeitherAFileNorShippedIsTheUsersMistake) {
     EXPECT_STREQ(e.what(), "no_such_shot_anywhere: no such file, and no shipped shot of that name");
   }
 }
+
+// A body of a look that is drawn as grains has no surface in pictures; the look says how large and how unlike the grains are.
+TEST_F(ShotFile, DrawsABodyAsGrainsWhereItsLookSaysSo) {
+  const auto sand = read(kLeast + "look = \"sand\"\n[look.sand]\ngrain_size = 0.8\ngrain_variation = 0.5\n");
+  EXPECT_TRUE(sand.render.draws_grains());
+  EXPECT_FALSE(sand.render.draws_surface());
+  EXPECT_EQ(sand.render.looks.at("sand").grain_size, 0.8);
+  EXPECT_EQ(sand.render.looks.at("sand").grain_variation, 0.5);
+  EXPECT_TRUE(read(kLeast).render.draws_surface());
+  EXPECT_NE(line(kLeast + "[look.water]\ngrain_size = 2\n").find("look.water.grain_size"), std::string::npos);
+  EXPECT_NE(line(kLeast + "[look.water]\ndraw = \"fur\"\n").find("look.water.draw = \"fur\""), std::string::npos) << line(kLeast + "[look.water]\ndraw = \"fur\"\n");
+}
