@@ -70,7 +70,7 @@ TEST_F(Predict, StepsAreThoseOfTheSimulation) {
 }
 
 TEST_F(Predict, WhatDoesNotFitIsRefusedWithTheNumberAndTheKey) {
-  const app::Shot shot = read(kTank, {"sim.cell=0.0002"});
+  const app::Shot shot = read(kTank, {"sim.cell=0.0005"});
   const auto complaint = [&](const app::Prediction& p, double memory, double disk) {
     try {
       app::require_room(shot, p, memory, disk);

@@ -348,7 +348,7 @@ TEST(Keys, SayDefaultUnitAndRange) {
   EXPECT_EQ(row("sim.cell").default_value, "0.02");
   EXPECT_EQ(row("sim.cell").unit, "m");
   EXPECT_EQ(row("sim.cell").allowed, "above 0");
-  EXPECT_EQ(row("shot.quality").allowed, "\"draft\" or \"normal\"");
+  EXPECT_EQ(row("shot.quality").allowed, "\"draft\", \"normal\", \"high\" or \"extreme\"");
   EXPECT_EQ(row("surface.voxel").default_value, "half of sim.cell");
   EXPECT_EQ(row("body.NAME.velocity").unit, "m/s");
   EXPECT_EQ(row("effect.N.acceleration").default_value, "[0, 0, -9.81]");

@@ -24,7 +24,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[sim]\ncell = 1e-7\n", "x.toml:5:8: sim.cell = 1e-07 m: makes 1e+21 cells; at most 1e+17 are possible"},
     {"[sim]\ndomain = [[0, 0, 0], [4, 1e-8, 1e-8]]\ncell = 1e-9\n",
      "x.toml:6:8: sim.cell = 1e-09 m: makes 4e+09 cells along an edge; at most 1e+09 are possible"},
-    {"[sim]\ncell = 0.0001\n", "x.toml:5:8: sim.cell = 0.0001 m: makes up to 4e+12 particles; at most 4e+09 are possible"},
+    {"[sim]\ncell = 0.0001\n", "x.toml:5:8: sim.cell = 1e-04 m: makes up to 4e+12 particles; at most 4e+09 are possible"},
     {"[sim]\ncell = 0\n", "x.toml:5:8: sim.cell = 0 m: must be above 0"},
     {"[sim]\ncell = \"big\"\n", "x.toml:5:8: sim.cell = \"big\": must be a number above 0"},
     {"[sim]\ncell = nan\n", "x.toml:5:8: sim.cell = nan m: must be finite"},
@@ -57,7 +57,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
     {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},
     {"[[body]]\nname = \"b\"\n", "x.toml:4:1: body.b.shape: a body needs a shape"},
-    {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are clay, dry_sand, glass, ground, jelly, plaster, rubber, "
+    {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are clay, dry_sand, glass, ground, jelly, lamp, plaster, rubber, "
      "sand, slate, snow, steel, water, water_mpm, wax, wet_sand"},
     {"[collider]\nname = \"post\"\n", "x.toml:4:1: collider = { name = \"post\" }: must be tables, each under [[collider]]"},
     {"[look]\nwater = \"blue\"\n", "x.toml:5:9: look.water = \"blue\": must be a table"},
@@ -69,8 +69,8 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[quality.draft.sim]\ncel = 0.1\n", "x.toml:5:1: quality.draft.sim.cel: unknown key (did you mean quality.draft.sim.cell?)"},
     {"[quality.draft.sim]\ncell = -1\n", "x.toml:5:8: quality.draft.sim.cell = -1 m: must be above 0"},
     {"[quality.drat.sim]\ncell = 0.1\n",
-     "x.toml:4:10: quality.drat: unknown key: the rungs are \"draft\" or \"normal\" (did you mean quality.draft?)"},
-    {"[quality.high.sim]\ncell = 0.1\n", "x.toml:4:10: quality.high: unknown key: the rungs are \"draft\" or \"normal\""},
+     "x.toml:4:10: quality.drat: unknown key: the rungs are \"draft\", \"normal\", \"high\" or \"extreme\" (did you mean quality.draft?)"},
+    {"[quality.best.sim]\ncell = 0.1\n", "x.toml:4:10: quality.best: unknown key: the rungs are \"draft\", \"normal\", \"high\" or \"extreme\""},
     {"[quality.draft.shot]\nquality = \"normal\"\n", "x.toml:5:11: quality.draft.shot.quality: a rung cannot choose another one"},
     {"[quality.draft.body.colum]\nvelocity = [0, 0, 0]\n",
      "x.toml:4:1: quality.draft.body.colum: no such entry (did you mean quality.draft.body.column?)"},
@@ -90,9 +90,9 @@ TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
     {"[[body]]\nshape = { box = [[0, 0], [1, 0]] }\n",
      "x.toml:8:17: body.2.shape.box = [[0, 0], [1, 0]] m: the second corner must be above the first in every axis"},
     {"[surface]\nvoxel = 0.1\n", "x.toml:7:2: surface: has no effect in two dimensions: points are drawn as they are"},
-    {"[camera]\nfov = 30\n", "x.toml:7:2: camera: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
-    {"[[light]]\nkind = \"sky\"\n", "x.toml:7:3: light: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
-    {"[look.water]\nior = 1.3\n", "x.toml:7:2: look: has no effect in two dimensions: points are drawn, coloured by speed, and all of the domain is in view"},
+    {"[camera]\nfov = 30\n", "x.toml:7:2: camera: has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view"},
+    {"[[light]]\nkind = \"sky\"\n", "x.toml:7:3: light: has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view"},
+    {"[look.water]\nior = 1.3\n", "x.toml:7:2: look: has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view"},
     {"[render]\nspp = 4\n", "x.toml:8:1: render.spp: has no effect with the other values given here"},
     {"[shot]\nup = \"z\"\n", "x.toml:8:6: shot.up = \"z\": must be \"y\" in two dimensions"},
   };
@@ -176,7 +176,7 @@ TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
     {"body.column.mass=1", "--set body.column.mass=1: body.column.mass: unknown key"},
     {"sim=3", "--set sim=3: sim = 3: must be a table"},
     {"sim.cell.x=3", "--set sim.cell.x=3: sim.cell = { x = 3 }: must be a number above 0"},
-    {"shot.quality=high", "--set shot.quality=high: shot.quality = \"high\": must be \"draft\" or \"normal\""},
+    {"shot.quality=best", "--set shot.quality=best: shot.quality = \"best\": must be \"draft\", \"normal\", \"high\" or \"extreme\""},
     {"quality.draft.sim.cel=1", "--set quality.draft.sim.cel=1: quality.draft.sim.cel: unknown key (did you mean quality.draft.sim.cell?)"},
     {"surface.vel_name=\xff", "--set surface.vel_name=\xff: must be UTF-8 text"},
   };
@@ -186,7 +186,7 @@ TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
 }
 
 TEST_F(BadShot, NamesTheQualityOptionThatIsNoRung) {
-  EXPECT_EQ(line(kLeast, {}, "drft"), "--quality drft: shot.quality = \"drft\": must be \"draft\" or \"normal\" (did you mean \"draft\"?)");
+  EXPECT_EQ(line(kLeast, {}, "drft"), "--quality drft: shot.quality = \"drft\": must be \"draft\", \"normal\", \"high\" or \"extreme\" (did you mean \"draft\"?)");
 }
 
 TEST_F(BadShot, ThatIsMissingOrTooLargeIsNotRead) {

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 /// What a record says of the making of a frame and not of the frame.
-const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "peak_bytes", "passes", "checkpoint"};
+const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "cpu_seconds", "peak_bytes", "passes", "checkpoint"};
 
 Json read_record_of(const Folder& folder, std::int64_t frame) {
   const fs::path file = folder.record(Stage::simulate, frame);

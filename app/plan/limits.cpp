@@ -86,7 +86,7 @@ double free_disk(const fs::path& path) {
   std::error_code none;
   while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
   struct statvfs disk{};
-  if (::statvfs(there.c_str(), &disk) != 0) return kNoLimit;
+  if (::statvfs(there.c_str(), &disk) != 0 || disk.f_blocks == 0) return kNoLimit;   // /proc and its like count no blocks
   return double(disk.f_bavail) * double(disk.f_frsize);
 }
 
