@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Fills a small disk (a tmpfs of its own) a bit later each time, so that every stage meets it, then makes room and goes on.
 #   tests/full_disk.sh PROGRAM [ROUNDS]     40 unless said, and eight at the movies; prints its verdict, exit 1 when it is bad, 77 where no disk can be mounted
-# Each round must stop with exit code 5 and one line that names a file, leave no name that starts with a dot and nothing but whole
+# Each round must be refused for want of room or stop with exit code 5 and one line that names a file, leave no name that starts with a dot and nothing but whole
 # files, and end as the run that had room, to the byte, once there is room.
 set -euo pipefail
 if [ "${POLYPIC_OWN_MOUNTS:-}" != 1 ]; then
@@ -60,8 +60,10 @@ for round in $(seq $((rounds + 8))); do
     met[none]=$((${met[none]:-0} + 1))
   else
     what=$(sed -n 's,^polypic: disk/\(x/\)\?\([a-z]*\).*,\2,p' <<<"$said")
+    expected=5
+    [[ $said != *"of disk, and there are"* ]] || what=plan expected=2   # refused before it began
     met[${what:-?}]=$((${met[${what:-?}]:-0} + 1))
-    [ "$code" = 5 ] && [ -n "$what" ] && [ "$(wc -l <<<"$said")" = 1 ] && [[ $said != *.tmp* ]] || complaint="exit $code: $said"
+    [ "$code" = $expected ] && [ -n "$what" ] && [ "$(wc -l <<<"$said")" = 1 ] && [[ $said != *.tmp* ]] || complaint="exit $code: $said"
     if [ -d disk/x ]; then
       left=$(find disk/x -name '.*' -printf '%P ')
       [ -z "$left" ] || complaint+=" left over: $left"

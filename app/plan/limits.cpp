@@ -82,8 +82,9 @@ double free_memory() {
 }
 
 double free_disk(const fs::path& path) {
-  fs::path there = fs::absolute(path);
   std::error_code none;
+  fs::path there = fs::absolute(path, none);
+  if (none) return kNoLimit;   // the working directory is gone; whoever writes says so
   while (!fs::exists(there, none) && there.has_relative_path()) there = there.parent_path();
   struct statvfs disk{};
   if (::statvfs(there.c_str(), &disk) != 0 || disk.f_blocks == 0) return kNoLimit;   // /proc and its like count no blocks
