@@ -99,7 +99,7 @@ def numbered(text, own):
 
 def plant(copy):
     """The tree without what is built, with every fault in its place."""
-    for folder in "base sim tests cmake docs surface render app".split():
+    for folder in "base sim tests cmake docs surface render app bench".split():
         target = copy / folder
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(ROOT / folder, target)   # keeps times: what did not change is not built again
