@@ -56,6 +56,7 @@ FAULTS = [
     ("limiter upside down", CARRY, "std::min(Real(1), before / now)", "std::min(Real(1), @ ? now / before : before / now)"),
     ("limiter drops what has no energy now", CARRY, "now <= 0 ? Real(1)", "now <= 0 ? Real(@ ? 0 : 1)"),
     ("limiter scales modes with w too", CARRY, "unsigned(mode[a] == 2) << a", "unsigned(mode[a] >= (@ ? 1 : 2)) << a"),
+    ("fixed carry limits", BODIES, "if (carry == Carry::fixed) return 0;", "if (carry == Carry::fixed && !@) return 0;"),
     ("hybrid limits beside ten times heavier nodes", BODIES, "Real(kLightNode)", "Real(@ ? 10 * kLightNode : kLightNode)"),
     ("hybrid looks at the masses of the first component", BODIES, "!beside_light(before, Layout::mass(mass, l))", "!beside_light(before, Layout::mass(mass, @ ? 0 : l))"),
     ("particles of a cell in the order they are stored", ORDER, "place(std::size_t(rank), own[i]);", "place(@ ? i : std::size_t(rank), own[i]);"),
