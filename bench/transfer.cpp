@@ -112,7 +112,7 @@ double lane_use(const CellRanges& ranges) {
 }
 
 struct Case {
-  std::string name;
+  std::string name = {};   // made of the rest
   Kernel kernel;
   int modes;
   bool deformation = false;
