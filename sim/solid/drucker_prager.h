@@ -10,6 +10,7 @@ namespace sim {
 
 struct DruckerPrager {
   static constexpr std::string_view kName = "drucker_prager";
+  static constexpr bool kLogarithmic = true;
   using Elasticity = Hencky;
   double friction_angle = 0.5;   // [rad] phi
   double cohesion = 0;           // [Pa]
@@ -26,10 +27,9 @@ struct DruckerPrager {
     return cohesion > 0 ? cohesion / std::tan(friction_angle) / (lame.lambda + 2 * lame.mu / D) : 0;
   }
 
-  /// Brings principal stretches (s_i - 1) back into the cone; `state` is the volume gained [log]. Returns where that changed them.
+  /// Brings logarithmic strains back into the cone; `state` is the volume gained [log]. Returns where that changed them.
   template <class T, int D>
-  MaskOf<T> project(const Lame& lame, Principal<T, D>& stretch, T& state) const {
-    const Principal<T, D> e = held_strain<T, D>(stretch);
+  SIM_INLINE MaskOf<T> flow(const Lame& lame, Principal<T, D>& e, T& state) const {
     const Deviator<T, D> dev(e);
     const T top = constant<T>(tip<D>(lame));
     const auto pushed = dev.trace < T(0);                                    // what was gained is given back before it bears
@@ -37,14 +37,18 @@ struct DruckerPrager {
     const T kept = smaller(volume, ceiling);                                 // of the trace
     const T limit = constant<T>(cone<D>(lame)) * (top - kept);
     const auto slides = dev.length > limit * constant<T>(1 + VonMises::kRounding<T>);
-    const auto changed = either(either(slides, both(pushed, state > T(0))), either(dev.trace > top, is_crushed<T, D>(stretch)));
+    const auto changed = either(either(slides, both(pushed, state > T(0))), dev.trace > top);
     if (!any(changed)) return changed;
     const T keep = select(slides, limit / select(slides, dev.length, T(1)), T(1));
-    for (std::size_t i = 0; i < D; ++i)
-      stretch[i] = select(changed, exp_minus_one(kept * constant<T>(1.0 / D) + keep * dev.part[i]), stretch[i]);
+    for (std::size_t i = 0; i < D; ++i) e[i] = select(changed, kept * constant<T>(1.0 / D) + keep * dev.part[i], e[i]);
     const T gained = larger(volume - ceiling, T(0)) + select(pushed, T(0), state);
     state = smaller(gained, constant<T>(kMostGain));
     return changed;
+  }
+  /// The same of principal stretches (s_i - 1), crushed ones too.
+  template <class T, int D>
+  MaskOf<T> project(const Lame& lame, Principal<T, D>& stretch, T& state) const {
+    return project_stretches<T, D>(*this, lame, stretch, state);
   }
   /// How far outside the cone it is [1]; not above 0 after project.
   template <class T, int D>

@@ -1,7 +1,9 @@
-// G2P of solids and what follows for each particle: motion, deformation, stress, carry.
+// G2P of solids and what follows for each particle: motion, deformation, stress, carry. Block by block, pass by pass over its particles, whose
+// data stay in the cache meanwhile.
 #include <algorithm>
 #include <cmath>
 
+#include "sim/solid/rows.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/basis.h"
 #include "sim/transfer/carry.h"
@@ -12,6 +14,7 @@ namespace {
 
 constexpr double kFarPush = 0.25;       // [cells] where a particle's polynomial is no longer about the place it was fitted at
 constexpr double kTooFar = 2;           // [cells] in one step: no dt that was chosen allows it
+constexpr double kAlone = 1.001;        // a particle's mass and what else is at its nodes, in its own mass
 // What is loose or strongly stretched gets two thirds of the step of a continuum: its speed of sound counts half as much again.
 constexpr double kLooseFactor = 1.5;
 constexpr double kStretched = 1.5 * 1.5 - 1, kSquashed = 0.6;
@@ -40,80 +43,12 @@ Stencil<QuadraticBasis<Real>, D> stencil_at(const Cell<D>& cell, const Vec<D, Re
   return s;
 }
 
-/// A block's particles while they gather: the change of deformation dt grad v of each, and whether it is loose.
-template <int D, class Real>
-struct Changes {
-  std::vector<Matrix<Real, D>> change;
-  std::vector<std::uint8_t> loose;
-};
-
-/// Deformation of particles [begin, end) of the group by `changes`; returns the speeds of sound.
-template <int D, class Real, class Law>
-StepLimits deform(const Law& law, Group<D, Real>& group, std::size_t begin, std::size_t end, const Changes<D, Real>& changes, std::int64_t& held) {
-  using T = LawNumber<Real>;
-  constexpr int W = NumberTraits<T>::kWidth;
-  T fastest = T(0), fastest_loose = T(0);   // stiffness [Pa]
-  for (std::size_t p = begin; p < end; p += W) {
-    const int used = int(std::min<std::size_t>(W, end - p));
-    Matrix<T, D> change = Matrix<T, D>::zero();
-    Deformation<T, D> state{Matrix<T, D>::zero(), T(0)};
-    T loose = T(0), counts = T(0);
-    for (int l = 0; l < used; ++l) {
-      const std::size_t k = p - begin + std::size_t(l);
-      const Deformation<Real, D>& from = group.deformation[group.row(p + std::size_t(l))];
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          set_lane(change(i, j), l, changes.change[k](i, j));
-          set_lane(state.gradient(i, j), l, from.gradient(i, j));
-        }
-      set_lane(state.state, l, from.state);
-      set_lane(loose, l, Real(changes.loose[k]));
-      set_lane(counts, l, Real(1));
-    }
-    const Response<T, D> r = law.template respond<T, D>(change, state);
-    const Matrix<T, D> b = left_strain(state.gradient);
-    const auto stretched = either(largest_entry(b) > constant<T>(kStretched), volume_change(state.gradient) < constant<T>(kSquashed - 1));
-    const auto is_loose = either(loose > T(0), stretched);
-    fastest = larger(fastest, select(counts > T(0), r.stiffness, T(0)));
-    fastest_loose = larger(fastest_loose, select(both(is_loose, counts > T(0)), r.stiffness, T(0)));
-    for (int l = 0; l < used; ++l) {
-      const std::size_t row = group.row(p + std::size_t(l));
-      Deformation<Real, D>& to = group.deformation[row];
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          to.gradient(i, j) = lane(state.gradient(i, j), l);
-          if (i <= j) group.stress[row][stress_place<D>(i, j)] = lane(r.stress(i, j), l);
-        }
-      to.state = lane(state.state, l);
-      held += lane(r.held, l);
-    }
-  }
-  StepLimits limits;
-  for (int l = 0; l < W; ++l) {
-    limits.wave_speed = std::max(limits.wave_speed, std::sqrt(double(lane(fastest, l)) / group.density));
-    limits.loose_speed = std::max(limits.loose_speed, kLooseFactor * std::sqrt(double(lane(fastest_loose, l)) / group.density));
-  }
-  return limits;
-}
-
-/// Replaces each particle's change of volume by the mean of those nearest to the same node.
-template <int D, class Real>
-void average_volume(const Particles<D, Real>& particles, std::size_t begin, std::size_t end, std::vector<Matrix<Real, D>>& change) {
-  const auto trace = [](const Matrix<Real, D>& m) {
-    Real sum = 0;
-    for (int a = 0; a < D; ++a) sum += m(a, a);
-    return sum;
-  };
-  for (std::size_t p = begin; p < end;) {
-    std::size_t last = p;
-    Real sum = 0;
-    for (; last < end && home_of<D, Real>(particles, last) == home_of<D, Real>(particles, p); ++last) sum += trace(change[last - begin]);
-    const Real mean = sum / Real(last - p);
-    for (; p < last; ++p) {
-      const Real difference = (mean - trace(change[p - begin])) / D;
-      for (int a = 0; a < D; ++a) change[p - begin](a, a) += difference;
-    }
-  }
+/// Numbers of a struct of Reals alone, one after the other.
+template <class Real, class Struct>
+auto& numbers_of(Struct& s) {
+  constexpr std::size_t count = sizeof(Struct) / sizeof(Real);
+  using Array = std::conditional_t<std::is_const_v<Struct>, const std::array<Real, count>, std::array<Real, count>>;
+  return reinterpret_cast<Array&>(s);
 }
 
 }  // namespace
@@ -126,162 +61,269 @@ void SolidCounts::add(const SolidCounts& o) {
   pushed_out += o.pushed_out, dropped_modes += o.dropped_modes, limited_modes += o.limited_modes, light_nodes += o.light_nodes, held += o.held;
 }
 
-namespace {
-
-/// One particle: what it reads from its stencil, and where it goes.
 template <int D, class Real>
-struct Gathered {
-  static constexpr int n = 3;
-  Cell<D> cell;                      // where it is
-  Vec<D, Real> offset;
-  Vec<D, Real> velocity;             // of the grid at its place [m/s]
-  Matrix<Real, D> gradient;          // of the velocity [m/s a cell]
-  bool loose = false, beside_light = false;
-
-  Gathered() = default;
-  Gathered(const BlockGather<D, Real>& g, Group<D, Real>& group, std::size_t p)
-      : cell(group.particles.cell[p]), offset(group.particles.offset[p]) {
-    const Stencil<QuadraticBasis<Real>, D> stencil = stencil_at<D, Real>(cell, offset);
+void BlockGather<D, Real>::gather_plainly(Group<D, Real>& group) {
+  constexpr int n = 3;
+  for (std::size_t p = begin_; p < end_; ++p) {
+    const Stencil<QuadraticBasis<Real>, D> stencil = stencil_at<D, Real>(group.particles.cell[p], group.particles.offset[p]);
     Cell<D> first;
     for (int a = 0; a < D; ++a) first[a] = stencil[a].base;
-    const auto at = g.blocks.template places<n>(first);
+    const auto at = blocks_.template places<n>(first);
     const auto w = weights<D>(stencil);
     Real mass = 0, lightest = std::numeric_limits<Real>::max();
     for (std::size_t node = 0; node < w.size(); ++node) {
-      const Real m = value_at(g.grid.mass, at[node], Real(0));
+      const Real m = value_at(grid_.mass, at[node], Real(0));
       mass += m;
       lightest = std::min(lightest, m);
     }
-    loose = mass <= Real(1.001 * group.weight);   // nobody else reaches its nodes
-    beside_light = lightest < Real(kLightNode * group.weight);
+    flags_[p - begin_] = std::uint8_t((mass <= Real(kAlone * group.weight) ? kLoose : 0) | (lightest < Real(kLightNode * group.weight) ? kBesideLight : 0));
     for (int c = 0; c < D; ++c) {
+      const std::size_t row = (p - begin_) * D + std::size_t(c);
       Tensor<Real, n, D> value;
-      for (std::size_t node = 0; node < value.size(); ++node) value[node] = at[node] < 0 ? Real(0) : g.grid.velocity[std::size_t(at[node])][c];
+      for (std::size_t node = 0; node < value.size(); ++node) value[node] = at[node] < 0 ? Real(0) : grid_.velocity[std::size_t(at[node])][c];
       Real then = 0;
       if (group.scheme.flip)
-        for (std::size_t node = 0; node < value.size(); ++node) then += w[node] * (at[node] < 0 ? Real(0) : g.before[std::size_t(at[node])][c]);
+        for (std::size_t node = 0; node < value.size(); ++node) then += w[node] * (at[node] < 0 ? Real(0) : before_[std::size_t(at[node])][c]);
       analyse<D>(stencil, value);
-      velocity[c] = value[0];
+      velocity_[row] = value[0];
       for (int a = 0; a < D; ++a) {   // the kernel's slope is (dual of w) - x (1 - 4 x^2) (dual of g)
         const int step = int_power(n, D - 1 - a);
         const Real x = stencil[a].x;
-        gradient(c, a) = value[std::size_t(step)] - x * (1 - 2 * x) * (1 + 2 * x) * value[std::size_t(2 * step)];
+        gradient_[row * D + std::size_t(a)] = value[std::size_t(step)] - x * (1 - 2 * x) * (1 + 2 * x) * value[std::size_t(2 * step)];
       }
       const std::span<Real> coefficients = group.particles.component(p, c);
-      if (group.scheme.flip) coefficients[0] = value[0] + Real(g.keep) * (coefficients[0] - then);
+      if (group.scheme.flip) coefficients[0] = value[0] + Real(keep_) * (coefficients[0] - then);
       else
         for (std::size_t r = 0; r < coefficients.size(); ++r) coefficients[r] = value[std::size_t(group.scheme.place[r])];
     }
   }
-};
+}
 
-/// Moves the particle with the grid, keeps it out of walls and colliders, and scales what its scheme says. False for a particle that is not
-/// finite or goes too far.
+/// The fast path; `begin` are the ranges of the block's nodes.
 template <int D, class Real>
-bool move(const BlockGather<D, Real>& g, Group<D, Real>& group, std::size_t p, const Gathered<D, Real>& from, SolidCounts& counts) {
+void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const Cell<D>& block, const std::uint32_t* begin)
+  requires(D == 3 && std::is_same_v<Real, float>)
+{
+  constexpr int edge = Lattice<3>::kBlock, tile = NodeSums<3, float>::kEdge, per_block = Lattice<3>::kCellsPerBlock;
+  constexpr std::size_t size = NodeSums<3, float>::kSize;
+  std::array<float, 3 * size> velocity{};
+  std::array<float, size> mass{};
+  blocks_.template for_tile<tile>(block, [&](int to, std::size_t from, int count) {
+    for (int i = 0; i < count; ++i) {
+      mass[std::size_t(to + i)] = grid_.mass[from + std::size_t(i)];
+      for (std::size_t c = 0; c < 3; ++c) velocity[c * size + std::size_t(to + i)] = grid_.velocity[from + std::size_t(i)][Eigen::Index(c)];
+    }
+  });
+  std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
+  for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
+  Particles<3, float>& p = group.particles;
+  const std::size_t width = p.row();
+  group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr, .coefficients = &p.coefficients[begin_ * width]},
+                       {.tile = velocity.data(), .gradient = gradient_.data()});
+  for (std::size_t k = 0; k < end_ - begin_; ++k) {
+    const float* const row = &p.coefficients[(begin_ + k) * width];
+    for (std::size_t c = 0; c < 3; ++c) velocity_[3 * k + c] = row[c * std::size_t(p.modes)];
+  }
+  // Sum and least of the masses of each node's stencil, one axis after the other.
+  std::array<float, size> all = mass, lightest = mass;
+  for (std::size_t step = 1; step < size; step *= tile)
+    for (std::size_t i = 0; i + 2 * step < size; ++i) {
+      all[i] = all[i] + all[i + step] + all[i + 2 * step];
+      lightest[i] = std::min(std::min(lightest[i], lightest[i + step]), lightest[i + 2 * step]);
+    }
+  for (int node = 0; node < per_block; ++node) {
+    const auto corner = std::size_t((node / (edge * edge) * tile + node / edge % edge) * tile + node % edge);
+    const std::uint32_t flag = (all[corner] <= float(kAlone * group.weight) ? kLoose : 0) | (lightest[corner] < float(kLightNode * group.weight) ? kBesideLight : 0);
+    for (std::uint32_t q = local[std::size_t(node)]; q < local[std::size_t(node) + 1]; ++q) flags_[q] = std::uint8_t(flag);
+  }
+}
+
+/// Replaces each particle's change of volume by the mean of those nearest to the same node.
+template <int D, class Real>
+void BlockGather<D, Real>::average_volume(const Particles<D, Real>& particles) {
+  const auto trace = [&](std::size_t p) {
+    Real sum = 0;
+    for (std::size_t a = 0; a < D; ++a) sum += gradient_[(p - begin_) * D * D + a * (D + 1)];
+    return sum;
+  };
+  for (std::size_t p = begin_; p < end_;) {
+    std::size_t last = p;
+    Real sum = 0;
+    for (; last < end_ && home_of<D, Real>(particles, last) == home_of<D, Real>(particles, p); ++last) sum += trace(last);
+    const Real mean = sum / Real(last - p);
+    for (; p < last; ++p) {
+      const Real difference = (mean - trace(p)) / D;
+      for (std::size_t a = 0; a < D; ++a) gradient_[(p - begin_) * D * D + a * (D + 1)] += difference;
+    }
+  }
+}
+
+/// Whether a particle of the block may be at a wall or collider, or across a periodic side, after the step.
+template <int D, class Real>
+bool BlockGather<D, Real>::may_touch_solids(const Cell<D>& block) const {
+  constexpr int edge = Lattice<D>::kBlock, reach = int(kTooFar) + 1;   // [cells]; half a one of them because particles lie around nodes
+  base::Vec3 middle = solids_.origin;
+  for (int a = 0; a < D; ++a) {
+    if (block[a] * edge < reach || (block[a] + 1) * edge + reach > solids_.lattice.cells[a]) return true;
+    middle[a] += solids_.cell * (block[a] * edge + 0.5 * (edge - 1));
+  }
+  const double radius = solids_.cell * std::sqrt(double(D)) * (0.5 * edge + reach);
+  return std::any_of(solids_.shapes.begin(), solids_.shapes.end(), [&](const Shape& s) { return s.distance(middle) < radius; });
+}
+
+/// Keeps a particle that has moved out of walls and colliders, and scales what its scheme says.
+template <int D, class Real>
+void BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool touches) {
   Particles<D, Real>& particles = group.particles;
-  const Vec<D, Real> step = from.velocity * Real(g.dt / g.solids.cell);
-  if (!(step.cwiseAbs().maxCoeff() < Real(kTooFar))) return false;
+  double pushed = 0;
   Moving<D, Real> moving{{particles.cell[p], particles.offset[p]}, particles.velocity(p)};
-  moving.site.move(step);
-  const double pushed = g.solids.push_out(moving);
-  particles.cell[p] = moving.site.cell;
-  particles.offset[p] = moving.site.offset;
+  if (touches) {
+    pushed = solids_.push_out(moving);
+    particles.cell[p] = moving.site.cell;
+    particles.offset[p] = moving.site.offset;
+  }
   const bool drops = pushed > kFarPush && group.scheme.bends;
   counts.pushed_out += pushed > 0;
   counts.dropped_modes += drops;
-  const bool limits = group.scheme.carry == Carry::limited || (group.scheme.carry == Carry::hybrid && from.beside_light);
+  const bool limits_it = group.scheme.carry == Carry::limited || (group.scheme.carry == Carry::hybrid && (flags_[p - begin_] & kBesideLight));
   std::array<Real, std::size_t(1 << D)> factor;
-  if (limits) factor = limiting_factors<D, Real>(stencil_at<D, Real>(from.cell, from.offset), stencil_at<D, Real>(particles.cell[p], particles.offset[p]));
-  for (int c = 0; c < D && (pushed > 0 || limits); ++c) {
+  if (limits_it)
+    factor = limiting_factors<D, Real>(stencil_at<D, Real>(from_cell_[p - begin_], from_offset_[p - begin_]), stencil_at<D, Real>(particles.cell[p], particles.offset[p]));
+  for (int c = 0; c < D && (pushed > 0 || limits_it); ++c) {
     const std::span<Real> coefficients = particles.component(p, c);
     if (pushed > 0) coefficients[0] = moving.velocity[c];
     for (std::size_t r = 1; r < coefficients.size(); ++r) {
       const unsigned bent = group.scheme.bent[r];
       if (bent == 0) continue;
       if (drops) coefficients[r] = 0;
-      else if (limits && factor[bent] < 1) coefficients[r] *= factor[bent], ++counts.limited_modes;
+      else if (limits_it && factor[bent] < 1) coefficients[r] *= factor[bent], ++counts.limited_modes;
     }
   }
+}
+
+/// Moves the particles with the grid. False, and none has moved, where one is not finite or goes too far.
+template <int D, class Real>
+bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
+  Particles<D, Real>& particles = group.particles;
+  const std::size_t count = end_ - begin_;
+  const Real scale = Real(dt_ / solids_.cell);
+  bool all_near = true;
+  for (std::size_t k = 0; k < D * count; ++k) all_near &= std::abs(velocity_[k] * scale) < Real(kTooFar);
+  if (!all_near) {
+    for (std::size_t k = 0; k < D * count && lost < 0; ++k)
+      if (!(std::abs(velocity_[k] * scale) < Real(kTooFar))) lost = particles.id[begin_ + k / D];
+    return false;
+  }
+  const bool limits_some = group.scheme.carry == Carry::limited ||
+                           (group.scheme.carry == Carry::hybrid && std::any_of(flags_.begin(), flags_.begin() + std::ptrdiff_t(count), [](auto f) { return f & kBesideLight; }));
+  if (limits_some) {
+    from_cell_.assign(particles.cell.begin() + std::ptrdiff_t(begin_), particles.cell.begin() + std::ptrdiff_t(end_));
+    from_offset_.assign(particles.offset.begin() + std::ptrdiff_t(begin_), particles.offset.begin() + std::ptrdiff_t(end_));
+  }
+  int* const cell = particles.cell[begin_].data();
+  Real* const offset = particles.offset[begin_].data();
+  for (std::size_t k = 0; k < D * count; ++k) {   // as Site::move does
+    const Real moved = offset[k] + velocity_[k] * scale, whole = std::floor(moved), part = moved - whole;
+    cell[k] += int(whole) + (part >= 1);
+    offset[k] = part >= 1 ? Real(0) : part;
+  }
+  if (touches || limits_some)
+    for (std::size_t p = begin_; p < end_; ++p) settle(group, p, touches);
+  Real fastest = 0;
+  for (std::size_t p = begin_; p < end_; ++p) fastest = std::max(fastest, particles.velocity(p).squaredNorm());
+  limits.speed = std::max(limits.speed, std::sqrt(double(fastest)));
   return true;
 }
 
-/// The fast path: the coefficients of a block's particles, and what else `Gathered` says of them. `begin` are the ranges of its nodes.
-void gather_eight_at_a_time(const BlockGather<3, float>& g, Group<3, float>& group, const Cell<3>& block, const std::uint32_t* begin,
-                            std::vector<Gathered<3, float>>& gathered) {
-  constexpr int edge = Lattice<3>::kBlock, tile = NodeSums<3, float>::kEdge, size = NodeSums<3, float>::kSize, per_block = Lattice<3>::kCellsPerBlock;
-  std::array<float, std::size_t(3 * size)> velocity{};
-  std::array<float, std::size_t(size)> mass{};
-  g.blocks.template for_tile<tile>(block, [&](int to, std::size_t from, int count) {
-    for (int i = 0; i < count; ++i) {
-      mass[std::size_t(to + i)] = g.grid.mass[from + std::size_t(i)];
-      for (int c = 0; c < 3; ++c) velocity[std::size_t(c * size + to + i)] = g.grid.velocity[from + std::size_t(i)][c];
+/// Deformation and stress after the step, and the speeds of sound in it.
+template <int D, class Real>
+template <class Law>
+void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
+  using T = LawNumber<Real>;
+  constexpr int W = NumberTraits<T>::kWidth;
+  constexpr std::size_t kStrain = D * D + 1, kStress = Stress<D, Real>{}.size();
+  static_assert(sizeof(Deformation<Real, D>) == kStrain * sizeof(Real));
+  const T scale = T(Real(dt_ / solids_.cell));
+  T fastest = T(0), fastest_loose = T(0);   // stiffness [Pa]
+  std::array<Real, kStrain> no_strain{}, spare_strain;
+  std::array<Real, kStress> spare_stress;
+  for (std::size_t p = begin_; p < end_; p += W) {
+    const int used = int(std::min<std::size_t>(W, end_ - p));
+    RowsAt<T, const Real> change_at, from;
+    RowsAt<T, Real> to, stress_to;
+    for (std::size_t l = 0; l < std::size_t(W); ++l) {
+      const bool is_one = int(l) < used;
+      const std::size_t q = p + l;
+      change_at[l] = is_one ? &gradient_[(q - begin_) * D * D] : no_strain.data();
+      from[l] = is_one ? numbers_of<Real>(std::as_const(group.deformation[group.rows.empty() ? q : group.rows[q]])).data() : no_strain.data();
+      to[l] = is_one ? numbers_of<Real>(group.next[q]).data() : spare_strain.data();
+      stress_to[l] = is_one ? group.stress[q].data() : spare_stress.data();
     }
-  });
-  const std::size_t first = begin[0], count = begin[per_block] - first;
-  std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
-  for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - first);
-  Particles<3, float>& p = group.particles;
-  std::vector<float> gradient(9 * count);
-  group.kernels.gather({.begin = local.data(), .offset = p.offset[first].data(), .row = nullptr, .coefficients = &p.coefficients[first * p.row()]},
-                       {.tile = velocity.data(), .gradient = gradient.data()});
-  gathered.resize(count);
-  for (int node = 0; node < per_block; ++node) {
-    if (local[std::size_t(node)] == local[std::size_t(node) + 1]) continue;
-    const int corner = (node / (edge * edge) * tile + node / edge % edge) * tile + node % edge;
-    float all = 0, lightest = std::numeric_limits<float>::max();
-    for (int k = 0; k < 27; ++k) {
-      const float m = mass[std::size_t(corner + (k / 9 * tile + k / 3 % 3) * tile + k % 3)];
-      all += m;
-      lightest = std::min(lightest, m);
-    }
-    for (std::size_t q = local[std::size_t(node)]; q < local[std::size_t(node) + 1]; ++q) {
-      Gathered<3, float>& out = gathered[q];
-      out.cell = p.cell[first + q], out.offset = p.offset[first + q], out.velocity = p.velocity(first + q);
-      for (int c = 0; c < 3; ++c)
-        for (int a = 0; a < 3; ++a) out.gradient(c, a) = gradient[9 * q + std::size_t(3 * c + a)];
-      out.loose = all <= float(1.001 * group.weight);
-      out.beside_light = lightest < float(kLightNode * group.weight);
-    }
+    std::array<T, D * D> change;
+    std::array<T, kStrain> strain;
+    load_rows(change_at, change);
+    load_rows(from, strain);
+    Matrix<T, D> step;
+    Deformation<T, D> state;
+    for (std::size_t i = 0; i < D; ++i)
+      for (std::size_t k = 0; k < D; ++k) step.m[i][k] = scale * change[i * D + k], state.gradient.m[i][k] = strain[i * D + k];
+    state.state = strain[D * D];
+    const Response<T, D> r = law.template respond<T, D>(step, state);
+
+    const Matrix<T, D> b = left_strain(state.gradient);
+    const auto stretched = either(largest_entry(b) > constant<T>(kStretched), volume_change(state.gradient) < constant<T>(kSquashed - 1));
+    const auto counts_here = first_lanes(used, T(0)), is_loose = either(flagged(&flags_[p - begin_], T(0)), stretched);
+    fastest = larger(fastest, select(counts_here, r.stiffness, T(0)));
+    fastest_loose = larger(fastest_loose, select(both(is_loose, counts_here), r.stiffness, T(0)));
+    std::array<T, kStress> stress;
+    T sum = T(0);
+    for (int i = 0; i < D; ++i)
+      for (int k = 0; k < D; ++k) {
+        strain[std::size_t(i * D + k)] = state.gradient(i, k);
+        if (i > k) continue;
+        stress[stress_place<D>(i, k)] = r.stress(i, k);
+        sum += r.stress(i, k);
+      }
+    strain[D * D] = state.state;
+    store_rows(to, strain);
+    store_rows(stress_to, stress);
+    const T nothing = sum - sum;   // no number where any stress is none
+    if (any(both(counts_here, none(nothing <= T(0)))) && lost < 0)
+      for (int l = 0; l < used && lost < 0; ++l)
+        if (!std::isfinite(lane(sum, l))) lost = group.particles.id[p + std::size_t(l)];
+    if (any(r.held))
+      for (int l = 0; l < used; ++l) counts.held += lane(r.held, l);
+  }
+  for (int l = 0; l < W; ++l) {
+    limits.wave_speed = std::max(limits.wave_speed, std::sqrt(double(lane(fastest, l)) / group.density));
+    limits.loose_speed = std::max(limits.loose_speed, kLooseFactor * std::sqrt(double(lane(fastest_loose, l)) / group.density));
   }
 }
-
-}  // namespace
 
 template <int D, class Real>
 void BlockGather<D, Real>::run(Group<D, Real>& group, std::size_t block) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  const std::size_t begin = group.ranges.begin[block * per_block], end = group.ranges.begin[(block + 1) * per_block];
-  Changes<D, Real> changes{std::vector<Matrix<Real, D>>(end - begin), std::vector<std::uint8_t>(end - begin)};
-  std::vector<Gathered<D, Real>> gathered;
+  const std::uint32_t* const ranges = &group.ranges.begin[block * per_block];
+  begin_ = ranges[0], end_ = ranges[per_block];
+  const std::size_t count = end_ - begin_;
+  if (lost >= 0) return;
+  velocity_.resize(count * D), gradient_.resize(count * D * D);
+  flags_.resize(count + 8);   // eight are read at a time
+  const Cell<D> at = blocks_.lattice().block_at(group.ranges.occupied[block]);
   bool fast = false;
-  if constexpr (D == 3 && std::is_same_v<Real, float>) fast = group.kernels.gather != nullptr;
-  if constexpr (D == 3 && std::is_same_v<Real, float>)
-    if (fast) gather_eight_at_a_time(*this, group, blocks.lattice().block_at(group.ranges.occupied[block]), &group.ranges.begin[block * per_block], gathered);
-  gathered.reserve(end - begin);
-  for (std::size_t p = begin; p < end && !fast; ++p) gathered.emplace_back(*this, group, p);
-  const Real scale = Real(dt / solids.cell);
-  for (std::size_t k = 0; k < end - begin; ++k) {
-    changes.loose[k] = gathered[k].loose;
-    for (int i = 0; i < D; ++i)
-      for (int j = 0; j < D; ++j) changes.change[k](i, j) = scale * gathered[k].gradient(i, j);
+  if constexpr (D == 3 && std::is_same_v<Real, float>) {
+    fast = group.kernels.gather != nullptr;
+    if (fast) gather_eight_at_a_time(group, at, ranges);
   }
-  if (group.averages) average_volume<D, Real>(group.particles, begin, end, changes.change);   // cells are those before the motion
-  double fastest = 0;
-  for (std::size_t p = begin; p < end; ++p) {
-    if (!move<D, Real>(*this, group, p, gathered[p - begin], counts) && lost < 0) lost = group.particles.id[p];
-    fastest = std::max(fastest, double(group.particles.velocity(p).norm()));
-  }
-  limits.take(std::visit([&](const auto& law) { return deform<D, Real>(law, group, begin, end, changes, counts.held); }, group.model));
-  limits.speed = std::max(limits.speed, fastest);
-  for (std::size_t p = begin; p < end && lost < 0; ++p)
-    for (const Real x : group.stress[group.row(p)])
-      if (!std::isfinite(x)) lost = group.particles.id[p];
+  if (!fast) gather_plainly(group);
+  if (group.averages) average_volume(group.particles);   // cells are those before the motion
+  if (!move(group, may_touch_solids(at))) return;
+  std::visit([&](const auto& law) { deform(law, group); }, group.model);
 }
 
-template struct BlockGather<2, float>;
-template struct BlockGather<2, double>;
-template struct BlockGather<3, float>;
-template struct BlockGather<3, double>;
+template class BlockGather<2, float>;
+template class BlockGather<2, double>;
+template class BlockGather<3, float>;
+template class BlockGather<3, double>;
 
 }  // namespace sim

@@ -44,23 +44,25 @@ Cell<D> home_of(const Particles<D, Real>& particles, std::size_t p) {
   return node;
 }
 
+/// Rows of the particles, those of `deformation` and `stress` too: a particle's own number, but between a sort and the next gather what
+/// Particles::row_of says. A gather reads the deformation where the last one left it, and writes it in order to `next`.
 template <int D, class Real>
 struct Group {
   Particles<D, Real> particles;
   CellRanges ranges;
   Scheme<D> scheme;
   Model model;
-  lanes::Kernels kernels;          // of the transfer, eight particles at a time; null: one at a time
+  lanes::Kernels kernels;                      // of the transfer, eight particles at a time; null: one at a time
+  lanes::StressedScatter scatter = nullptr;    // likewise
   bool averages = false;           // volume and pressure are the mean of the particles that a node is nearest to
   double density = 1000;           // [kg/m^3] at rest
   double rest_volume = 0;          // [m^3] of each particle
   double weight = 1;               // mass of each particle, in units of the lightest group's
   std::int64_t first_id = 0;       // ids count on from here
-  // By id - first_id:
-  std::vector<Deformation<Real, D>> deformation;
-  std::vector<Stress<D, Real>> stress;
+  std::vector<Deformation<Real, D>> deformation, next;
+  std::vector<Stress<D, Real>> stress, spare_stress;
+  std::vector<std::uint32_t> rows;             // those of the particles while they gather
 
-  std::size_t row(std::size_t p) const { return std::size_t(particles.id[p] - first_id); }
   bool is_liquid() const { return std::holds_alternative<Liquid>(model); }
 };
 

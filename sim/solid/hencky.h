@@ -35,19 +35,28 @@ struct Hencky {
     for (std::size_t i = 0; i < D; ++i) tau[i] = (constant<T>(2 * lame.mu) * e[i] + volumetric) * rate[i];
     return tau;
   }
+  /// The same of logarithmic strains that no tangent has changed.
+  template <class T, int D>
+  Principal<T, D> kirchhoff_of_strain(const Principal<T, D>& e) const {
+    const T volumetric = constant<T>(lame.lambda) * sum<T, D>(e);
+    Principal<T, D> tau;
+    for (std::size_t i = 0; i < D; ++i) tau[i] = fused(constant<T>(2 * lame.mu), e[i], volumetric);
+    return tau;
+  }
   /// Along one axis lambda + 2 mu - tau_i; across two, with r the ratio of their squared stretches, at most mu (2 + log r) + |tau|.
   template <class T, int D>
-  T stiffness(const Principal<T, D>& s) const {
-    T high = LogStretch<T>(s[0]).value, low = high, trace = T(0);
-    for (const T x : s) {
-      const T e = LogStretch<T>(x).value;
-      high = larger(high, e);
-      low = smaller(low, e);
-      trace += e;
-    }
-    const T volumetric = constant<T>(lame.lambda) * trace, two_mu = constant<T>(2 * lame.mu);
+  T stiffness_of_strain(const Principal<T, D>& e) const {
+    T high = e[0], low = e[0];
+    for (std::size_t i = 1; i < D; ++i) high = larger(high, e[i]), low = smaller(low, e[i]);
+    const T volumetric = constant<T>(lame.lambda) * sum<T, D>(e), two_mu = constant<T>(2 * lame.mu);
     const T stress = larger(magnitude(two_mu * high + volumetric), magnitude(two_mu * low + volumetric));
     return constant<T>(lame.lambda + 2 * lame.mu) + two_mu * (high - low) + stress;
+  }
+  template <class T, int D>
+  T stiffness(const Principal<T, D>& s) const {
+    Principal<T, D> e;
+    for (std::size_t i = 0; i < D; ++i) e[i] = LogStretch<T>(s[i]).value;
+    return stiffness_of_strain<T, D>(e);
   }
 };
 

@@ -9,11 +9,14 @@
 namespace sim {
 namespace {
 
-/// The fast transfer of a mode set, where there is one.
-lanes::Kernels lanes_of(const std::vector<ModeIndex<3>>& modes) {
+/// The fast transfers of a mode set, where there are any.
+void set_lanes(Group<3, float>& group) {
+  const std::vector<ModeIndex<3>>& modes = group.scheme.modes;
   const auto is = [&](Transfer transfer, const base::CountOrName& wanted) { return modes == mode_set<3>(transfer, Kernel::quadratic, wanted); };
   const bool known = is(Transfer::pic, {}) || is(Transfer::apic, {}) || is(Transfer::polypic, {.count = 0, .name = "multilinear"}) || is(Transfer::polypic, {});
-  return known ? lanes::nodes_quadratic(int(modes.size())) : lanes::Kernels{};
+  if (!known || group.scheme.flip) return;
+  group.kernels = lanes::nodes_quadratic(int(modes.size()));
+  group.scatter = lanes::nodes_quadratic_with_stress(int(modes.size()));
 }
 
 template <int D, class Real>
@@ -21,8 +24,7 @@ Group<D, Real> empty_group(const Body& body, const Options& o) {
   Group<D, Real> group;
   group.scheme = Scheme<D>(with_scheme_of(body, o));
   group.model = make_model(body.solid);
-  if constexpr (D == 3 && std::is_same_v<Real, float>)
-    if (!group.scheme.flip) group.kernels = lanes_of(group.scheme.modes);
+  if constexpr (D == 3 && std::is_same_v<Real, float>) set_lanes(group);
   group.averages = body.solid.volume_averaging;
   group.density = body.solid.density;
   group.rest_volume = std::pow(o.cell, D) / double(o.particles_per_cell);

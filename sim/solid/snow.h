@@ -9,6 +9,7 @@ namespace sim {
 
 struct Snow {
   static constexpr std::string_view kName = "snow";
+  static constexpr bool kLogarithmic = false;
   using Elasticity = FixedCorotated;
   double critical_compression = 2.5e-2, critical_stretch = 7.5e-3;   // [1]
   double hardening = 10;                                             // [1]

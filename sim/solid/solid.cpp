@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
+#include "sim/random.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
-#include "sim/transfer/particle_state.h"
 
 namespace sim {
 namespace {
@@ -185,7 +186,7 @@ Totals Solid<D, Real>::totals() const {
     const Energies e = base::ordered_reduce(particles.size(), 16384, Energies{}, [&](std::size_t begin, std::size_t end) {
       Energies sum;
       for (std::size_t p = begin; p < end; ++p) {
-        const Deformation<Real, D>& d = g.deformation[g.row(p)];
+        const Deformation<Real, D>& d = g.deformation[g.particles.row_of(p)];
         Deformation<double, D> exact;
         for (int i = 0; i < D; ++i)
           for (int k = 0; k < D; ++k) exact.gradient(i, k) = double(d.gradient(i, k));
@@ -219,15 +220,22 @@ State Solid<D, Real>::state() const {
   const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
   for (const auto& group : groups_) {   // one after the other, rows of coefficients filled up with zeros to the widest
     append(p.cell, group.particles.cell), append(p.offset, group.particles.offset), append(p.id, group.particles.id);
-    append(all.deformation, group.deformation), append(all.stress, group.stress);
+    const std::size_t from = all.deformation.size();   // deformation and stress by id
+    all.deformation.resize(from + group.particles.size()), all.stress.resize(from + group.particles.size());
+    for (std::size_t i = 0; i < group.particles.size(); ++i) {
+      const std::size_t to = from + std::size_t(group.particles.id[i] - group.first_id), row = group.particles.row_of(i);
+      all.deformation[to] = group.deformation[row], all.stress[to] = group.stress[row];
+    }
     for (std::size_t i = 0; i < group.particles.size(); ++i) {
       const std::size_t at = p.coefficients.size();
       p.coefficients.resize(at + width, 0);
       std::copy_n(&group.particles.coefficients[group.particles.row_of(i) * group.particles.row()], group.particles.row(), &p.coefficients[at]);
     }
   }
-  p.modes = int(width) / D;
-  add_particles(p, s);
+  s.columns.push_back(make_column<std::int32_t>("cell", p.cell, D));
+  s.columns.push_back(make_column<Real>("offset", p.offset, D));
+  s.columns.push_back(make_column<Real>("coefficients", p.coefficients, std::int64_t(width)));
+  s.columns.push_back(make_column<std::int64_t>("id", p.id, 1));
   s.columns.push_back(make_column<Real>("deformation", all.deformation, kStrain));
   s.columns.push_back(make_column<Real>("stress", all.stress, kStress));
   s.columns.push_back(make_column<double>("limits", std::vector<double>{limits_.wave_speed, limits_.loose_speed, limits_.speed}, 1));
@@ -239,9 +247,10 @@ void Solid<D, Real>::restore(const State& s) {
   auto groups = groups_;
   Group<D, Real> all;
   const auto n = std::int64_t(particles()), width = std::int64_t(row_width());
-  all.particles.modes = int(width) / D;
-  bool fits = s.frame >= 1 && read_particles(s, n, solids_.lattice, all.particles) && read_column<Real>(s, "deformation", n, kStrain, all.deformation) &&
-              read_column<Real>(s, "stress", n, kStress, all.stress);
+  bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, all.particles.id) && read_column<std::int32_t>(s, "cell", n, D, all.particles.cell) &&
+              read_column<Real>(s, "offset", n, D, all.particles.offset) && read_column<Real>(s, "coefficients", n, width, all.particles.coefficients) &&
+              read_column<Real>(s, "deformation", n, kStrain, all.deformation) && read_column<Real>(s, "stress", n, kStress, all.stress) &&
+              std::all_of(all.particles.cell.begin(), all.particles.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
   std::size_t from = 0;
   for (auto& group : groups) {
     if (!fits) break;
@@ -251,9 +260,11 @@ void Solid<D, Real>::restore(const State& s) {
     p.coefficients.resize(count * p.row());
     for (std::size_t i = 0; i < count; ++i) {
       p.cell[i] = all.particles.cell[from + i], p.offset[i] = all.particles.offset[from + i], p.id[i] = all.particles.id[from + i];
-      group.deformation[i] = all.deformation[from + i], group.stress[i] = all.stress[from + i];
       std::copy_n(&all.particles.coefficients[(from + i) * std::size_t(width)], p.row(), &p.coefficients[i * p.row()]);
       fits = fits && p.id[i] >= group.first_id && p.id[i] < group.first_id + std::int64_t(count);
+      if (!fits) break;
+      const std::size_t by_id = from + std::size_t(p.id[i] - group.first_id);
+      group.deformation[i] = all.deformation[by_id], group.stress[i] = all.stress[by_id];
     }
     from += count;
   }
@@ -267,17 +278,31 @@ void Solid<D, Real>::restore(const State& s) {
   steps_ = {};
 }
 
-/// With the deformation of each particle.
+/// A hash of each particle's id, place, coefficients and deformation, summed: the order of storage does not matter.
 template <int D, class Real>
 std::uint64_t Solid<D, Real>::state_hash() const {
+  const auto bits = [](Real v) {
+    std::uint64_t b = 0;
+    std::memcpy(&b, &v, sizeof v);
+    return b;
+  };
+  const auto add = [](std::uint64_t a, std::uint64_t b) { return a + b; };
   std::uint64_t hash = 0;
   for (const auto& g : groups_)
-    hash += hash_of(g.particles, [&](std::size_t p, std::uint64_t h) {
-      const Deformation<Real, D>& d = g.deformation[g.row(p)];
-      for (const auto& row : d.gradient.m)
-        for (const Real x : row) h = hash_with(h, x);
-      return hash_with(h, d.state);
-    });
+    hash += base::ordered_reduce(g.particles.size(), 16384, std::uint64_t{0}, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t sum = 0;
+      for (std::size_t p = begin; p < end; ++p) {
+        std::uint64_t h = scramble(std::uint64_t(g.particles.id[p]));
+        for (int a = 0; a < D; ++a) h = scramble(scramble(h ^ std::uint64_t(g.particles.cell[p][a])) ^ bits(g.particles.offset[p][a]));
+        for (int a = 0; a < D; ++a)
+          for (const Real c : g.particles.component(p, a)) h = scramble(h ^ bits(c));
+        const Deformation<Real, D>& d = g.deformation[g.particles.row_of(p)];
+        for (const auto& row : d.gradient.m)
+          for (const Real x : row) h = scramble(h ^ bits(x));
+        sum += scramble(h ^ bits(d.state));
+      }
+      return sum;
+    }, add);
   return hash;
 }
 

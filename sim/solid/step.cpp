@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -44,6 +45,12 @@ SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
 template <int D, class Real>
 void SolidStep<D, Real>::merge(const Groups& groups) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  if (groups.size() == 1) {
+    merged_ = groups[0].ranges;
+    at_.assign(1, std::vector<std::int32_t>(merged_.occupied.size()));
+    std::iota(at_[0].begin(), at_[0].end(), 0);
+    return;
+  }
   merged_.occupied.clear();
   for (const auto& g : groups) merged_.occupied.insert(merged_.occupied.end(), g.ranges.occupied.begin(), g.ranges.occupied.end());
   std::sort(merged_.occupied.begin(), merged_.occupied.end());
@@ -68,8 +75,13 @@ void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger
     order_.resize(groups.size());
     flip_ = false;
     for (std::size_t g = 0; g < groups.size(); ++g) {
-      groups[g].ranges = order_[g].sort(groups[g].particles, blocks_.lattice(), Home::nearest_node);
-      flip_ = flip_ || groups[g].scheme.flip;
+      Group<D, Real>& group = groups[g];
+      group.ranges = order_[g].sort(group.particles, blocks_.lattice(), Home::nearest_node);
+      if (group.particles.rows.empty()) {   // short rows moved, these go with them
+        order_[g].move_along(group.deformation, group.next);
+        order_[g].move_along(group.stress, group.spare_stress);
+      }
+      flip_ = flip_ || group.scheme.flip;
     }
     merge(groups);
     blocks_.cover(merged_, kDepth);
@@ -144,14 +156,16 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
   const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
   StepLimits limits;
   for (Group<D, Real>& group : groups) {
+    group.rows.swap(group.particles.rows);
     group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
+    group.next.resize(group.deformation.size());
     struct Part {
       StepLimits limits;
       SolidCounts counts;
       std::int64_t lost = -1;
     };
-    const Part all = base::ordered_reduce(group.ranges.occupied.size(), 4, Part{}, [&](std::size_t begin, std::size_t end) {
-      BlockGather<D, Real> gathering{blocks_, grid_, before_, solids_, dt, keep};
+    const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
+      BlockGather<D, Real> gathering(blocks_, grid_, before_, solids_, dt, keep);
       for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
       return Part{gathering.limits, gathering.counts, gathering.lost};
     }, [](Part a, const Part& b) {
@@ -163,6 +177,8 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
     if (all.lost >= 0)
       throw base::Error({.code = base::Exit::unstable, .hint = "a smaller sim.sound_cfl or sim.cfl may help",
                          .message = fmt::format("g2p: particle {} is not finite or crossed more than two cells in a step of {:.3g} s", all.lost, dt)});
+    group.deformation.swap(group.next);
+    group.rows.clear();
     limits.take(all.limits);
     counts_.add(all.counts);
   }

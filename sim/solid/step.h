@@ -8,6 +8,7 @@
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
 // particle moves with what it would have without.
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "base/ledger.h"
@@ -85,17 +86,42 @@ struct NodeSums {
 
 /// G2P of the particles of one group in one of its blocks, everything that happens to them up to the end of the step.
 template <int D, class Real>
-struct BlockGather {
-  const ActiveBlocks<D>& blocks;
-  const NodeVelocity<D, Real>& grid;
-  const NodeField<D, Real>& before;
-  const Solids<D>& solids;
-  double dt = 0, keep = 0;
+class BlockGather {
+ public:
+  BlockGather(const ActiveBlocks<D>& blocks, const NodeVelocity<D, Real>& grid, const NodeField<D, Real>& before, const Solids<D>& solids, double dt,
+              double keep)
+      : blocks_(blocks), grid_(grid), before_(before), solids_(solids), dt_(dt), keep_(keep) {}
+
+  void run(Group<D, Real>&, std::size_t block);
+
   StepLimits limits = {};
   SolidCounts counts = {};
   std::int64_t lost = -1;      // id of a particle that is not finite or went too far
 
-  void run(Group<D, Real>&, std::size_t block);
+ private:
+  /// What the steps below hand to each other, of particles [begin_, end_): rows of D, D and D * D numbers a particle.
+  enum Flag : std::uint8_t { kLoose = 1, kBesideLight = 2 };   // nobody else reaches its nodes; one of them is light
+  std::vector<Real> velocity_;         // of the grid at the particle [m/s]
+  std::vector<Real> gradient_;         // of it, row-major: component, axis [m/s a cell]
+  std::vector<std::uint8_t> flags_;
+  std::vector<Cell<D>> from_cell_;     // where they were
+  std::vector<Vec<D, Real>> from_offset_;
+  std::size_t begin_ = 0, end_ = 0;
+
+  void gather_plainly(Group<D, Real>&);
+  void gather_eight_at_a_time(Group<D, Real>&, const Cell<D>& block, const std::uint32_t* begin) requires(D == 3 && std::is_same_v<Real, float>);
+  void average_volume(const Particles<D, Real>&);
+  bool may_touch_solids(const Cell<D>& block) const;
+  bool move(Group<D, Real>&, bool touches);
+  void settle(Group<D, Real>&, std::size_t p, bool touches);
+  template <class Law>
+  void deform(const Law&, Group<D, Real>&);
+
+  const ActiveBlocks<D>& blocks_;
+  const NodeVelocity<D, Real>& grid_;
+  const NodeField<D, Real>& before_;
+  const Solids<D>& solids_;
+  double dt_, keep_;
 };
 
 }  // namespace sim

@@ -37,29 +37,43 @@ MaskOf<T> is_crushed(const Principal<T, D>& stretch) {
   return stretch[D - 1] < constant<T>(kLeastStretch - 1);   // the last is the smallest
 }
 
+/// Yield in logarithmic strains brought to principal stretches.
+template <class T, int D, class Yield>
+MaskOf<T> project_stretches(const Yield& yield, const Lame& lame, Principal<T, D>& stretch, T& state) {
+  Principal<T, D> e = held_strain<T, D>(stretch);
+  const auto flows = yield.template flow<T, D>(lame, e, state);
+  const auto changed = either(flows, is_crushed<T, D>(stretch));
+  if (!any(changed)) return changed;
+  for (std::size_t i = 0; i < D; ++i) stretch[i] = select(changed, exp_minus_one(e[i]), stretch[i]);
+  return changed;
+}
+
 struct VonMises {
   static constexpr std::string_view kName = "von_mises";
+  static constexpr bool kLogarithmic = true;   // its return is one of logarithmic strains: flow()
   using Elasticity = Hencky;
   double yield = 1e6, hardening = 0;   // [Pa]
 
   double radius() const { return std::sqrt(2.0 / 3) * yield; }
 
-  /// Brings principal stretches (s_i - 1) back to the yield surface; `state` is a. Returns where that changed them.
+  /// Brings logarithmic strains back to the yield surface; `state` is a. Returns where that changed them.
   template <class T, int D>
-  MaskOf<T> project(const Lame& lame, Principal<T, D>& stretch, T& state) const {
-    const Principal<T, D> e = held_strain<T, D>(stretch);
+  SIM_INLINE MaskOf<T> flow(const Lame& lame, Principal<T, D>& e, T& state) const {
     const Deviator<T, D> dev(e);
     const T limit = constant<T>(radius()) + constant<T>(std::sqrt(2.0 / 3) * hardening) * state;
     const T excess = constant<T>(2 * lame.mu) * dev.length - limit;
     const auto flows = excess > limit * constant<T>(kRounding<T>);
-    const auto changed = either(flows, is_crushed<T, D>(stretch));
-    if (!any(changed)) return changed;
+    if (!any(flows)) return flows;
     const T flow = select(flows, excess * constant<T>(1 / (2 * lame.mu + 2.0 / 3 * hardening)), T(0));
-    const T keep = T(1) - select(flows, flow / select(flows, dev.length, T(1)), T(0));
-    for (std::size_t i = 0; i < D; ++i)
-      stretch[i] = select(changed, exp_minus_one(dev.trace * constant<T>(1.0 / D) + keep * dev.part[i]), stretch[i]);
+    const T keep = T(1) - flow / select(flows, dev.length, T(1));
+    for (std::size_t i = 0; i < D; ++i) e[i] = select(flows, dev.trace * constant<T>(1.0 / D) + keep * dev.part[i], e[i]);
     state += constant<T>(std::sqrt(2.0 / 3)) * flow;
-    return changed;
+    return flows;
+  }
+  /// The same of principal stretches (s_i - 1), crushed ones too.
+  template <class T, int D>
+  MaskOf<T> project(const Lame& lame, Principal<T, D>& stretch, T& state) const {
+    return project_stretches<T, D>(*this, lame, stretch, state);
   }
   /// How far outside the surface it is, over 2 mu [1]; not above 0 after project.
   template <class T, int D>

@@ -31,6 +31,13 @@ struct Gathering {
 };
 using Gather = void (*)(const Block&, const Gathering&);
 
+/// Stress of a block's particles, six numbers a row (xx xy xz yy yz zz), in the rows of their coefficients.
+struct Stresses {
+  const float* row = nullptr;
+  float factor = 1;                       // momentum, in units of a particle's mass, is factor times stress times the slopes of the weights [1/cell]
+};
+using StressedScatter = void (*)(const Block&, const Stresses&, float* tile);
+
 struct Kernels {
   Scatter scatter = nullptr;
   Gather gather = nullptr;
@@ -41,6 +48,8 @@ Kernels faces_quadratic(int modes);
 Kernels faces_linear(int modes);
 Kernels nodes_quadratic(int modes);
 Kernels nodes_linear(int modes);
+/// The scatter of nodes_quadratic with the impulse of stress added to the momenta.
+StressedScatter nodes_quadratic_with_stress(int modes);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
 void allow_avx512(bool);
