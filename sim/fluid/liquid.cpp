@@ -1,9 +1,7 @@
 #include "sim/fluid/liquid.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include <fmt/format.h>
@@ -15,7 +13,7 @@
 #include "sim/fluid/pace.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
-#include "sim/random.h"
+#include "sim/transfer/particle_state.h"
 
 namespace sim {
 namespace {
@@ -157,7 +155,6 @@ class Liquid final : public Simulation {
   }
 
   double potential_energy() const;
-  std::uint64_t state_hash() const;
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
@@ -221,7 +218,7 @@ Totals Liquid<D, Real>::totals() const {
   t.angular_momentum = sums.angular_momentum;
   t.potential_energy = potential_energy();
   t.max_speed = max_speed();
-  t.state_hash = state_hash();
+  t.state_hash = hash_of(particles_, [](std::size_t, std::uint64_t hash) { return hash; });
   return t;
 }
 
@@ -242,11 +239,7 @@ template <int D, class Real>
 State Liquid<D, Real>::state() const {
   State s;
   s.frame = frame_;
-  assert(particles_.rows.empty() && "between steps every row is its particle's");
-  s.columns.push_back(make_column<std::int32_t>("cell", particles_.cell, D));
-  s.columns.push_back(make_column<Real>("offset", particles_.offset, D));
-  s.columns.push_back(make_column<Real>("coefficients", particles_.coefficients, std::int64_t(particles_.row())));
-  s.columns.push_back(make_column<std::int64_t>("id", particles_.id, 1));
+  add_particles(particles_, s);
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<std::array<double, 3>>{watch_.state()}, 3));
   return s;
@@ -260,10 +253,7 @@ void Liquid<D, Real>::restore(const State& s) {
   const std::int64_t n = id ? id->rows : 0;
   std::vector<std::array<double, 3>> watch;
   const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 3, watch);
-  const bool fits = watched && s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, p.id) && read_column<std::int32_t>(s, "cell", n, D, p.cell) &&
-                    read_column<Real>(s, "offset", n, D, p.offset) &&
-                    read_column<Real>(s, "coefficients", n, std::int64_t(p.row()), p.coefficients) &&
-                    std::all_of(p.cell.begin(), p.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
+  const bool fits = watched && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
@@ -271,27 +261,6 @@ void Liquid<D, Real>::restore(const State& s) {
   step_.clear_counts();
   substeps_ = 0, splitting_fallbacks_ = 0;
   drift_.reset();
-}
-
-/// A hash of each particle's id, place and coefficients, summed: the order of storage does not matter.
-template <int D, class Real>
-std::uint64_t Liquid<D, Real>::state_hash() const {
-  const auto bits = [](Real v) {
-    std::uint64_t b = 0;
-    std::memcpy(&b, &v, sizeof v);
-    return b;
-  };
-  return base::ordered_reduce(particles_.size(), 16384, std::uint64_t{0}, [&](std::size_t begin, std::size_t end) {
-    std::uint64_t sum = 0;
-    for (std::size_t p = begin; p < end; ++p) {
-      std::uint64_t h = scramble(std::uint64_t(particles_.id[p]));
-      for (int a = 0; a < D; ++a) h = scramble(scramble(h ^ std::uint64_t(particles_.cell[p][a])) ^ bits(particles_.offset[p][a]));
-      for (int a = 0; a < D; ++a)
-        for (const Real c : particles_.component(p, a)) h = scramble(h ^ bits(c));
-      sum += h;
-    }
-    return sum;
-  }, [](std::uint64_t a, std::uint64_t b) { return a + b; });
 }
 
 template <int D>

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include <fmt/format.h>
 
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
-#include "sim/random.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
+#include "sim/transfer/particle_state.h"
 
 namespace sim {
 namespace {
@@ -232,10 +231,8 @@ State Solid<D, Real>::state() const {
       std::copy_n(&group.particles.coefficients[group.particles.row_of(i) * group.particles.row()], group.particles.row(), &p.coefficients[at]);
     }
   }
-  s.columns.push_back(make_column<std::int32_t>("cell", p.cell, D));
-  s.columns.push_back(make_column<Real>("offset", p.offset, D));
-  s.columns.push_back(make_column<Real>("coefficients", p.coefficients, std::int64_t(width)));
-  s.columns.push_back(make_column<std::int64_t>("id", p.id, 1));
+  p.modes = int(width) / D;
+  add_particles(p, s);
   s.columns.push_back(make_column<Real>("deformation", all.deformation, kStrain));
   s.columns.push_back(make_column<Real>("stress", all.stress, kStress));
   s.columns.push_back(make_column<double>("limits", std::vector<double>{limits_.wave_speed, limits_.loose_speed, limits_.speed}, 1));
@@ -247,10 +244,9 @@ void Solid<D, Real>::restore(const State& s) {
   auto groups = groups_;
   Group<D, Real> all;
   const auto n = std::int64_t(particles()), width = std::int64_t(row_width());
-  bool fits = s.frame >= 1 && read_column<std::int64_t>(s, "id", n, 1, all.particles.id) && read_column<std::int32_t>(s, "cell", n, D, all.particles.cell) &&
-              read_column<Real>(s, "offset", n, D, all.particles.offset) && read_column<Real>(s, "coefficients", n, width, all.particles.coefficients) &&
-              read_column<Real>(s, "deformation", n, kStrain, all.deformation) && read_column<Real>(s, "stress", n, kStress, all.stress) &&
-              std::all_of(all.particles.cell.begin(), all.particles.cell.end(), [&](const Cell<D>& c) { return solids_.lattice.inside(c); });
+  all.particles.modes = int(width) / D;
+  bool fits = s.frame >= 1 && read_particles(s, n, solids_.lattice, all.particles) && read_column<Real>(s, "deformation", n, kStrain, all.deformation) &&
+              read_column<Real>(s, "stress", n, kStress, all.stress);
   std::size_t from = 0;
   for (auto& group : groups) {
     if (!fits) break;
@@ -278,31 +274,17 @@ void Solid<D, Real>::restore(const State& s) {
   steps_ = {};
 }
 
-/// A hash of each particle's id, place, coefficients and deformation, summed: the order of storage does not matter.
+/// With the deformation of each particle.
 template <int D, class Real>
 std::uint64_t Solid<D, Real>::state_hash() const {
-  const auto bits = [](Real v) {
-    std::uint64_t b = 0;
-    std::memcpy(&b, &v, sizeof v);
-    return b;
-  };
-  const auto add = [](std::uint64_t a, std::uint64_t b) { return a + b; };
   std::uint64_t hash = 0;
   for (const auto& g : groups_)
-    hash += base::ordered_reduce(g.particles.size(), 16384, std::uint64_t{0}, [&](std::size_t begin, std::size_t end) {
-      std::uint64_t sum = 0;
-      for (std::size_t p = begin; p < end; ++p) {
-        std::uint64_t h = scramble(std::uint64_t(g.particles.id[p]));
-        for (int a = 0; a < D; ++a) h = scramble(scramble(h ^ std::uint64_t(g.particles.cell[p][a])) ^ bits(g.particles.offset[p][a]));
-        for (int a = 0; a < D; ++a)
-          for (const Real c : g.particles.component(p, a)) h = scramble(h ^ bits(c));
-        const Deformation<Real, D>& d = g.deformation[g.particles.row_of(p)];
-        for (const auto& row : d.gradient.m)
-          for (const Real x : row) h = scramble(h ^ bits(x));
-        sum += scramble(h ^ bits(d.state));
-      }
-      return sum;
-    }, add);
+    hash += hash_of(g.particles, [&](std::size_t p, std::uint64_t h) {
+      const Deformation<Real, D>& d = g.deformation[g.particles.row_of(p)];
+      for (const auto& row : d.gradient.m)
+        for (const Real x : row) h = hash_with(h, x);
+      return hash_with(h, d.state);
+    });
   return hash;
 }
 

@@ -1,0 +1,57 @@
+#pragma once
+// Particles as columns of a checkpoint, and as one number that says whether two states are the same to the bit.
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <type_traits>
+
+#include "base/parallel.h"
+#include "sim/random.h"
+#include "sim/state.h"
+#include "sim/transfer/particles.h"
+
+namespace sim {
+
+/// Columns "cell", "offset", "coefficients", "id". Every row must be its particle's (Particles::rows empty).
+template <int D, class Real>
+void add_particles(const Particles<D, Real>& particles, State& state) {
+  assert(particles.rows.empty() && "between steps every row is its particle's");
+  state.columns.push_back(make_column<std::int32_t>("cell", particles.cell, D));
+  state.columns.push_back(make_column<Real>("offset", particles.offset, D));
+  state.columns.push_back(make_column<Real>("coefficients", particles.coefficients, std::int64_t(particles.row())));
+  state.columns.push_back(make_column<std::int64_t>("id", particles.id, 1));
+}
+
+/// `count` particles back, with the modes that `particles` has; false when the columns do not fit or a particle is outside the domain.
+template <int D, class Real>
+bool read_particles(const State& state, std::int64_t count, const Lattice<D>& lattice, Particles<D, Real>& particles) {
+  particles.rows.clear();
+  return read_column<std::int64_t>(state, "id", count, 1, particles.id) && read_column<std::int32_t>(state, "cell", count, D, particles.cell) &&
+         read_column<Real>(state, "offset", count, D, particles.offset) &&
+         read_column<Real>(state, "coefficients", count, std::int64_t(particles.row()), particles.coefficients) &&
+         std::all_of(particles.cell.begin(), particles.cell.end(), [&](const Cell<D>& c) { return lattice.inside(c); });
+}
+
+/// `hash` and the bits of a number.
+template <class Real>
+std::uint64_t hash_with(std::uint64_t hash, Real number) {
+  return scramble(hash ^ std::bit_cast<std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>>(number));
+}
+
+/// A hash of each particle's id, place, coefficients and of what more(particle, hash) adds to them, summed: the order of storage does not matter.
+template <int D, class Real, class More>
+std::uint64_t hash_of(const Particles<D, Real>& particles, const More& more) {
+  return base::ordered_reduce(particles.size(), 16384, std::uint64_t{0}, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t sum = 0;
+    for (std::size_t p = begin; p < end; ++p) {
+      std::uint64_t h = scramble(std::uint64_t(particles.id[p]));
+      for (int a = 0; a < D; ++a) h = hash_with(scramble(h ^ std::uint64_t(particles.cell[p][a])), particles.offset[p][a]);
+      for (int a = 0; a < D; ++a)
+        for (const Real c : particles.component(p, a)) h = hash_with(h, c);
+      sum += more(p, h);
+    }
+    return sum;
+  }, [](std::uint64_t a, std::uint64_t b) { return a + b; });
+}
+
+}  // namespace sim
