@@ -1,6 +1,7 @@
 polypic_test(solid_svd LABEL fast LINK polypic_sim)
 polypic_test(solid_elasticity LABEL fast LINK polypic_sim)
 polypic_test(solid_plasticity LABEL fast LINK polypic_sim)
+polypic_test(solid_lanes LABEL fast LINK polypic_sim)
 polypic_test(solid_known LABEL slow LINK polypic_sim)
 polypic_test(solid_disk LABEL fast LINK polypic_sim)
 polypic_test(solid_step LABEL fast LINK polypic_sim)
