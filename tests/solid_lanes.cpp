@@ -197,7 +197,7 @@ TEST(SolidLanes, AStepEightAtATimeIsThePlainStepInDoublePrecisionToRounding) {
       auto plain = seed_groups<3, double>(scene, solids);
       std::mt19937 rng(31);
       for (std::size_t g = 0; g < fast.size(); ++g) {
-        ASSERT_NE(fast[g].scatter, nullptr);
+        ASSERT_NE(fast[g].kernels.scatter, nullptr);
         randomise(fast[g], rng);
         copy(fast[g], plain[g]);
       }

@@ -117,13 +117,8 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
   for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
   Particles<3, float>& p = group.particles;
-  const std::size_t width = p.row();
-  group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr, .coefficients = &p.coefficients[begin_ * width]},
-                       {.tile = velocity.data(), .gradient = gradient_.data()});
-  for (std::size_t k = 0; k < end_ - begin_; ++k) {
-    const float* const row = &p.coefficients[(begin_ + k) * width];
-    for (std::size_t c = 0; c < 3; ++c) velocity_[3 * k + c] = row[c * std::size_t(p.modes)];
-  }
+  group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr, .coefficients = &p.coefficients[begin_ * p.row()]},
+                       velocity.data(), {.velocity = velocity_.data(), .gradient = gradient_.data()});
   // Sum and least of the masses of each node's stencil, one axis after the other.
   std::array<float, size> all = mass, lightest = mass;
   for (std::size_t step = 1; step < size; step *= tile)
@@ -229,8 +224,15 @@ bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
   }
   if (touches || limits_some)
     for (std::size_t p = begin_; p < end_; ++p) settle(group, p, touches);
+  if (group.scheme.flip)
+    for (std::size_t p = begin_; p < end_; ++p)
+      for (int c = 0; c < D; ++c) velocity_[(p - begin_) * D + std::size_t(c)] = particles.component(p, c)[0];
   Real fastest = 0;
-  for (std::size_t p = begin_; p < end_; ++p) fastest = std::max(fastest, particles.velocity(p).squaredNorm());
+  for (std::size_t k = 0; k < count; ++k) {
+    Real square = 0;
+    for (std::size_t c = 0; c < D; ++c) square += velocity_[k * D + c] * velocity_[k * D + c];
+    fastest = std::max(fastest, square);
+  }
   limits.speed = std::max(limits.speed, std::sqrt(double(fastest)));
   return true;
 }

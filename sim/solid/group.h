@@ -52,8 +52,7 @@ struct Group {
   CellRanges ranges;
   Scheme<D> scheme;
   Model model;
-  lanes::Kernels kernels;                      // of the transfer, eight particles at a time; null: one at a time
-  lanes::StressedScatter scatter = nullptr;    // likewise
+  lanes::MovingKernels kernels;    // of the transfer, eight particles at a time; null: one at a time
   bool averages = false;           // volume and pressure are the mean of the particles that a node is nearest to
   double density = 1000;           // [kg/m^3] at rest
   double rest_volume = 0;          // [m^3] of each particle
@@ -61,7 +60,7 @@ struct Group {
   std::int64_t first_id = 0;       // ids count on from here
   std::vector<Deformation<Real, D>> deformation, next;
   std::vector<Stress<D, Real>> stress, spare_stress;
-  std::vector<std::uint32_t> rows;             // those of the particles while they gather
+  std::vector<std::uint32_t> rows; // those of the particles while they gather
 
   bool is_liquid() const { return std::holds_alternative<Liquid>(model); }
 };

@@ -36,7 +36,7 @@ void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begi
   float* const coefficients = const_cast<float*>(p.coefficients.data());   // a scatter only reads them
   const lanes::Block block{.begin = begin, .offset = p.offset.front().data(), .row = p.rows.empty() ? nullptr : p.rows.data(), .coefficients = coefficients};
   if (!group.averages) {
-    group.scatter(block, {.row = group.stress.front().data(), .factor = factor}, carried.data());
+    group.kernels.scatter(block, {.row = group.stress.front().data(), .factor = factor}, carried.data());
   } else {   // the block's own stress, its coefficients beside it in the same order
     const std::size_t first = begin[0], count = begin[per_block] - first, width = p.row();
     std::array<std::uint32_t, std::size_t(per_block + 1)> local;
@@ -51,7 +51,7 @@ void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begi
         std::copy_n(coefficients + p.row_of(q) * width, width, &rows[(q - first) * width]);
       }
     }
-    group.scatter({.begin = local.data(), .offset = p.offset[first].data(), .row = nullptr, .coefficients = rows.data()},
+    group.kernels.scatter({.begin = local.data(), .offset = p.offset[first].data(), .row = nullptr, .coefficients = rows.data()},
                   {.row = stress.front().data(), .factor = factor}, carried.data());
   }
   for (std::size_t i = 0; i < std::size_t(size); ++i) {
@@ -68,7 +68,7 @@ void NodeSums<D, Real>::add(const Group<D, Real>& group, std::size_t group_block
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   const std::uint32_t* const begin = &group.ranges.begin[group_block * per_block];
   if constexpr (D == 3 && std::is_same_v<Real, float>) {
-    if (group.scatter && !flip) return add_eight_at_a_time(group, begin, float(impulse), *this);
+    if (group.kernels.scatter && !flip) return add_eight_at_a_time(group, begin, float(impulse), *this);
   }
   add_plainly(group, begin[0], begin[per_block], block, lattice, impulse, flip);
 }

@@ -15,8 +15,7 @@ void set_lanes(Group<3, float>& group) {
   const auto is = [&](Transfer transfer, const base::CountOrName& wanted) { return modes == mode_set<3>(transfer, Kernel::quadratic, wanted); };
   const bool known = is(Transfer::pic, {}) || is(Transfer::apic, {}) || is(Transfer::polypic, {.count = 0, .name = "multilinear"}) || is(Transfer::polypic, {});
   if (!known || group.scheme.flip) return;
-  group.kernels = lanes::nodes_quadratic(int(modes.size()));
-  group.scatter = lanes::nodes_quadratic_with_stress(int(modes.size()));
+  group.kernels = lanes::nodes_quadratic_of_solids(int(modes.size()));
 }
 
 template <int D, class Real>

@@ -36,7 +36,15 @@ struct Stresses {
   const float* row = nullptr;
   float factor = 1;                       // momentum, in units of a particle's mass, is factor times stress times the slopes of the weights [1/cell]
 };
-using StressedScatter = void (*)(const Block&, const Stresses&, float* tile);
+/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each.
+struct Motions {
+  float* velocity = nullptr;              // [m/s]
+  float* gradient = nullptr;              // [m/s a cell]
+};
+struct MovingKernels {
+  void (*scatter)(const Block&, const Stresses&, float* tile) = nullptr;                // as Scatter
+  void (*gather)(const Block&, const float* tile, const Motions&) = nullptr;            // as Gather
+};
 
 struct Kernels {
   Scatter scatter = nullptr;
@@ -48,8 +56,8 @@ Kernels faces_quadratic(int modes);
 Kernels faces_linear(int modes);
 Kernels nodes_quadratic(int modes);
 Kernels nodes_linear(int modes);
-/// The scatter of nodes_quadratic with the impulse of stress added to the momenta.
-StressedScatter nodes_quadratic_with_stress(int modes);
+/// Those of nodes_quadratic for solids: with the impulse of stress added to the momenta, with velocity and gradient handed out.
+MovingKernels nodes_quadratic_of_solids(int modes);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
 void allow_avx512(bool);

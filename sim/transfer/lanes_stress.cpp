@@ -1,4 +1,4 @@
-// P2G of solids, eight particles at a time: what lanes_nodes_quadratic.cpp scatters, and with it the impulse of stress. The gradient of a weight
+// The transfers of solids, eight particles at a time. P2G: what lanes_nodes_quadratic.cpp scatters, and with it the impulse of stress. The gradient of a weight
 // has, like the modes, one factor an axis: it rides along the contractions, and costs a multiply-add a node where a pass of its own costs as much
 // as APIC.
 #define HWY_TARGET_INCLUDE "sim/transfer/lanes_stress.cpp"
@@ -153,16 +153,52 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
   reduce<S>(lanes, tile);
 }
 
+/// G2P with the velocity and its gradient as rows of their own, while they are in registers: rows of coefficients are long.
+template <class S>
+struct MovingGather {
+  const Block& block;
+  const float* tile;
+  const Motions& motions;
+  HWY_INLINE void operator()(std::uint32_t p, int size, std::size_t place) const {
+    constexpr Half half{};
+    float spare[3 * S::count + 4], spare_row[12], spare_velocity[4];
+    HWY_ALIGN float scratch[9 * kLanes];
+    const Batch<S> batch(block, p, size, false, spare);
+    gather_lattice<S, 0, true>(batch, place, {.tile = tile}, scratch);
+    float *row[kLanes], *velocity[kLanes];
+    for (int l = 0; l < kLanes; ++l) {
+      row[l] = l < size ? motions.gradient + 9 * (std::size_t(p) + std::size_t(l)) : spare_row;
+      velocity[l] = l < size ? motions.velocity + 3 * (std::size_t(p) + std::size_t(l)) : spare_velocity;
+    }
+#pragma GCC unroll 3
+    for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
+      const int from = g < 2 ? 4 * g : 5;
+      V c[4];
+      for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
+      transpose(c[0], c[1], c[2], c[3]);
+      for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row[l] + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row[l + 4] + from);
+    }
+    for (int l = 0; l < kLanes; ++l)
+      for (int c = 0; c < 3; ++c) velocity[l][c] = batch.at[l][c * S::count];
+  }
+};
+
+template <class S>
+void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
+  MovingGather<S> body{block, tile, motions};
+  for_batches<S>(block, body);
+}
+
 }  // namespace
 
-StressedScatter find_stressed(int modes) {
+MovingKernels find_moving(int modes) {
   switch (modes) {
-    case 1: return scatter_stressed_block<Shape<3, 1, false>>;
-    case 4: return scatter_stressed_block<Shape<3, 4, false>>;
-    case 8: return scatter_stressed_block<Shape<3, 8, false>>;
-    case 27: return scatter_stressed_block<Shape<3, 27, false>>;
+    case 1: return {scatter_stressed_block<Shape<3, 1, false>>, gather_moving_block<Shape<3, 1, false>>};
+    case 4: return {scatter_stressed_block<Shape<3, 4, false>>, gather_moving_block<Shape<3, 4, false>>};
+    case 8: return {scatter_stressed_block<Shape<3, 8, false>>, gather_moving_block<Shape<3, 8, false>>};
+    case 27: return {scatter_stressed_block<Shape<3, 27, false>>, gather_moving_block<Shape<3, 27, false>>};
   }
-  return nullptr;
+  return {};
 }
 
 }  // namespace sim::lanes::HWY_NAMESPACE
@@ -170,7 +206,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace sim::lanes {
-HWY_EXPORT(find_stressed);
-StressedScatter nodes_quadratic_with_stress(int modes) { return HWY_DYNAMIC_DISPATCH(find_stressed)(modes); }
+HWY_EXPORT(find_moving);
+MovingKernels nodes_quadratic_of_solids(int modes) { return HWY_DYNAMIC_DISPATCH(find_moving)(modes); }
 }  // namespace sim::lanes
 #endif
