@@ -12,7 +12,7 @@
 #include "app/stages/record.h"
 #include "base/error.h"
 #include "base/progress.h"
-#include "tests/temporary_folder.h"
+#include "base/scratch_folder.h"
 
 namespace {
 
@@ -34,7 +34,7 @@ class RunFolder : public testing::Test {
     r.passes["smooth"] = {2, 0.25, 100};
     return r;
   }
-  const TemporaryFolder own_folder;
+  const base::ScratchFolder own_folder;
   const fs::path& root = own_folder.path();
 };
 

@@ -12,7 +12,7 @@
 
 #include "base/checksum.h"
 #include "base/error.h"
-#include "tests/temporary_folder.h"
+#include "base/scratch_folder.h"
 
 namespace fs = std::filesystem;
 
@@ -23,7 +23,7 @@ class Files : public testing::Test {
     for (const auto& entry : fs::directory_iterator(folder)) out.push_back(entry.path().filename());
     return out;
   }
-  const TemporaryFolder own_folder;
+  const base::ScratchFolder own_folder;
   const fs::path& folder = own_folder.path();
 };
 

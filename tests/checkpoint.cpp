@@ -11,8 +11,8 @@
 
 #include "base/checksum.h"
 #include "base/error.h"
+#include "base/scratch_folder.h"
 #include "sim/simulation.h"
-#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -55,7 +55,7 @@ class CheckpointFile : public testing::Test {
       return e.complaint().message;
     }
   }
-  const TemporaryFolder folder;
+  const base::ScratchFolder folder;
   const fs::path file = folder.path() / "state.0012.h5";
 };
 

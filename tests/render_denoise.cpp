@@ -3,9 +3,9 @@
 
 #include <random>
 
+#include "base/scratch_folder.h"
 #include "render/image/denoise.h"
 #include "tests/render_trace.h"
-#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -147,7 +147,7 @@ TEST(Denoise, IsDoneOnlyWhereItIsAskedFor) {
 }
 
 TEST(Denoise, ReachesThePngWhereThatIsAskedFor) {
-  const TemporaryFolder folder;
+  const base::ScratchFolder folder;
   render::Setting setting = balls();
   setting.options.spp = 4;
   setting.options.denoise = "layer";

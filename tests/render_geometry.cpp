@@ -7,9 +7,9 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/scratch_folder.h"
 #include "render/files/mesh.h"
 #include "tests/render_scenes.h"
-#include "tests/temporary_folder.h"
 
 namespace {
 
@@ -226,7 +226,7 @@ namespace {
 /// Files of a folder that goes away, and what reading them says.
 class SetMesh : public testing::Test {
  protected:
-  TemporaryFolder folder_;
+  base::ScratchFolder folder_;
   std::filesystem::path file(const std::string& name, const std::string& content) {
     base::write_atomically(folder_.path() / name, [&](const std::filesystem::path& path) { std::ofstream(path, std::ios::binary) << content; });
     return folder_.path() / name;

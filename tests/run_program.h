@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/temporary_folder.h"
+#include "base/scratch_folder.h"
 
 struct Outcome {
   int exit = -1;   // 128 + signal when one ended it
@@ -56,7 +56,7 @@ class ProgramTest : public testing::Test {
     return wait_for(child);
   }
 
-  const TemporaryFolder own_folder;
+  const base::ScratchFolder own_folder;
   const std::filesystem::path log = own_folder.path(), folder = log / "work";
 
  private:

@@ -9,7 +9,7 @@
 
 #include "app/shot/shot.h"
 #include "base/error.h"
-#include "tests/temporary_folder.h"
+#include "base/scratch_folder.h"
 
 /// Writes shots to a temporary folder and reads them back.
 class ShotFile : public testing::Test {
@@ -32,7 +32,7 @@ class ShotFile : public testing::Test {
       return what;
     }
   }
-  const TemporaryFolder own_folder;
+  const base::ScratchFolder own_folder;
   const std::filesystem::path& folder = own_folder.path();
 };
 

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "app/stages/interrupt.h"
 #include "app/stages/record.h"
 #include "app/stages/stopwatch.h"
+#include "base/scratch_folder.h"
 #include "base/text.h"
 #include "sim/size.h"
 
@@ -28,22 +28,6 @@ namespace fs = std::filesystem;
 constexpr double kManyParticles = 60000, kFewParticles = 8000;   // of the fine and the coarse run
 constexpr double kManySamples = 1e6, kManyPixels = 6e5;          // of a picture
 constexpr double kPatience = 6;                                  // [s] of the first run: above it the others stay as small
-
-/// A folder that goes with its content.
-class Scratch {
- public:
-  Scratch() {
-    std::string pattern = (fs::temp_directory_path() / "polypic_plan_XXXXXX").string();
-    if (::mkdtemp(pattern.data())) path = pattern;
-  }
-  ~Scratch() {
-    std::error_code none;
-    if (!path.empty()) fs::remove_all(path, none);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  fs::path path;
-};
 
 /// Waits for the process, or ends it when the time is over or a signal came. True when it ended well.
 bool ended_well(pid_t child, double seconds) {
@@ -189,7 +173,7 @@ class Measuring {
       : program_(std::move(program)), shot_(shot), overrides_(overrides), threads_(threads) {}
 
   std::optional<Pilot> measure(std::int64_t last_frame) {
-    if (scratch_.path.empty()) return {};
+    if (scratch_.path().empty()) return {};
     const double picture = std::min({1.0, std::sqrt(kManyPixels / pixels()), std::sqrt(kManySamples / samples())});
     const double coarse = coarser_cell(shot_, kFewParticles);
     Pilot pilot;
@@ -201,9 +185,9 @@ class Measuring {
     const Sizes wide = sizes_of(shot_, coarse, hurry ? 0.5 * picture : picture);
     const Sizes fine = sizes_of(shot_, hurry ? coarse : coarser_cell(shot_, kManyParticles), hurry ? 0.5 * picture : picture);
     if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first) || (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last))) return {};
-    pilot.small = read_run(small, scratch_.path / "small");
-    pilot.wide = read_run(wide, scratch_.path / "wide");
-    pilot.fine = read_run(fine, scratch_.path / "fine");
+    pilot.small = read_run(small, scratch_.path() / "small");
+    pilot.wide = read_run(wide, scratch_.path() / "wide");
+    pilot.fine = read_run(fine, scratch_.path() / "fine");
     pilot.seconds = watch_.seconds();
     return pilot;
   }
@@ -215,12 +199,12 @@ class Measuring {
   double samples() const { return shot_.scene.options.dimension == 2 ? pixels() : pixels() * double(shot_.render.options.spp); }
 
   bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to) {
-    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--out", (scratch_.path / name).string(), "--threads", std::to_string(threads_),
+    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--out", (scratch_.path() / name).string(), "--threads", std::to_string(threads_),
                                       "--frames", std::to_string(from) + "-" + std::to_string(to)};
     if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
     for (const auto& list : {overrides_.sets, sizes.sets})
       for (const std::string& set : list) words.insert(words.end(), {"--set", set});
-    return run(program_, scratch_.path / "cache", std::move(words), kLongestPilot - watch_.seconds());
+    return run(program_, scratch_.path() / "cache", std::move(words), kLongestPilot - watch_.seconds());
   }
 
   fs::path program_;
@@ -228,7 +212,7 @@ class Measuring {
   const Overrides& overrides_;
   int threads_;
   Stopwatch watch_;
-  Scratch scratch_;
+  base::ScratchFolder scratch_;
 };
 
 }  // namespace
