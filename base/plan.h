@@ -13,10 +13,11 @@
 
 namespace base {
 
-/// An array with an entry a particle. `bytes` are those of an entry.
+/// An array with an entry a particle. `bytes` are those of an entry. What is not part of the state is kept by passes for their own work.
 struct Attribute {
   std::string name;
   std::int64_t bytes = 0;
+  bool is_state = true;
 };
 
 /// A pass: what it reads and writes are names of the stage's data, the same for all passes; often is how often it runs.
@@ -29,7 +30,8 @@ struct PassRow {
 
 /// An effect, as a row of its folder's table. `keys` are those of the shot that belong to it, as `polypic params` lists them or the
 /// table that they are in ("sim.cfl", "collider.NAME"); a key of several choices names those that mean this effect
-/// ("sim.transfer=flip"). The first key decides. `on` says whether any value in the shot asks for the effect.
+/// ("sim.transfer=flip"). The first key decides. `on` says whether any value in the shot asks for the effect. `passes` run because of it;
+/// "bvh<mesh" does not make bvh run, but where it does, it reads the mesh because of this effect.
 template <class Input>
 struct EffectRow {
   using Keys = std::vector<std::string_view>;
@@ -38,7 +40,7 @@ struct EffectRow {
   std::string_view name;
   Keys keys;
   bool (*on)(const Input&);
-  std::vector<std::string_view> passes;   // that run because of it; other effects may name them too
+  std::vector<std::string_view> passes;   // other effects may name them too
   Attributes attributes;                  // that particles carry because of it; same names add up
 
   EffectRow(std::string_view effect, Keys its_keys, bool (*is_on)(const Input&), std::vector<std::string_view> its_passes = {}, Attributes carried = nullptr)
@@ -68,6 +70,12 @@ struct Plan {
     for (const Attribute& a : attributes) sum += a.bytes;
     return sum;
   }
+  /// Of these, what the state is: what a checkpoint holds.
+  std::int64_t state_bytes_per_particle() const {
+    std::int64_t sum = 0;
+    for (const Attribute& a : attributes) sum += a.is_state ? a.bytes : 0;
+    return sum;
+  }
 };
 
 /// `passes`: all that the stage can run, in the order of work.
@@ -88,8 +96,16 @@ Plan make_plan(std::string_view stage, std::span<const EffectRow<Input>> rows, s
     if (row.attributes)
       for (const Attribute& a : row.attributes(input)) add(a);
   }
-  for (const PassRow& pass : passes)
-    if (std::find(wanted.begin(), wanted.end(), pass.name) != wanted.end()) plan.passes.push_back(pass);
+  for (const PassRow& pass : passes) {
+    if (std::find(wanted.begin(), wanted.end(), pass.name) == wanted.end()) continue;
+    PassRow& planned = plan.passes.emplace_back(pass);
+    for (const std::string_view name : wanted) {
+      const std::size_t end = name.find('<');
+      if (end == std::string_view::npos || name.substr(0, end) != pass.name) continue;
+      const std::string_view more = name.substr(end + 1);
+      if (std::find(planned.reads.begin(), planned.reads.end(), more) == planned.reads.end()) planned.reads.push_back(more);
+    }
+  }
   return plan;
 }
 

@@ -51,7 +51,7 @@ bool has_view(const Setting& s, std::string_view view) { return in_space(s) && s
 std::span<const base::PassRow> pass_rows() {
   static const std::vector<base::PassRow> rows = {
       {"mesh", Often::frame, {"surface file"}, {"mesh"}},
-      {"bvh", Often::frame, {"mesh", "points file", "solids", "set"}, {"scene"}},
+      {"bvh", Often::frame, {}, {"scene"}},
       {"trace", Often::frame, {"scene"}, {"image"}},
       {"denoise", Often::frame, {"image"}, {"image"}},
       {"draw", Often::frame, {"points file"}, {"image"}},
@@ -64,11 +64,12 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
   static const std::vector<base::EffectRow<Setting>> rows = {
       {"path tracing", {"sim.dimension", "render.width", "render.height", "render.spp", "render.bounces", "camera.position", "camera.target", "camera.up", "camera.fov"},
        in_space, {"bvh", "trace", "write_image"}},
+      {"AOVs", {"sim.dimension"}, in_space, {"trace"}},
       {"flat drawing", {"sim.dimension", "render.width", "render.height"}, is_flat, {"draw", "write_image"}},
-      {"surface in pictures", {"body.NAME.look", "look.NAME.draw=surface"}, [](const Setting& s) { return in_space(s) && s.draws_surface(); }, {"mesh"}},
-      {"grains in pictures", {"body.NAME.look", "look.NAME.draw=grains", "look.NAME.grain_size", "look.NAME.grain_variation"}, [](const Setting& s) { return in_space(s) && s.draws_grains(); }},
-      {"solids in pictures", {"collider.NAME.look"}, [](const Setting& s) { return in_space(s) && !s.colliders.empty(); }},
-      {"set", {"set.NAME"}, [](const Setting& s) { return in_space(s) && !s.sets.empty(); }},
+      {"surface in pictures", {"body.NAME.look", "look.NAME.draw=surface"}, [](const Setting& s) { return in_space(s) && s.draws_surface(); }, {"mesh", "bvh<mesh"}},
+      {"grains in pictures", {"body.NAME.look", "look.NAME.draw=grains", "look.NAME.grain_size", "look.NAME.grain_variation"}, [](const Setting& s) { return in_space(s) && s.draws_grains(); }, {"bvh<points file"}},
+      {"solids in pictures", {"collider.NAME.look"}, [](const Setting& s) { return in_space(s) && !s.colliders.empty(); }, {"bvh<solids"}},
+      {"set", {"set.NAME"}, [](const Setting& s) { return in_space(s) && !s.sets.empty(); }, {"bvh<set"}},
       {"coloured by speed", {"preview.color=speed", "preview.range"}, [](const Setting& s) { return s.preview.color == "speed"; }},
       {"coloured by x", {"preview.color=velocity_x"}, [](const Setting& s) { return s.preview.color == "velocity_x"; }},
       {"coloured by y", {"preview.color=velocity_y"}, [](const Setting& s) { return s.preview.color == "velocity_y"; }},

@@ -2,6 +2,7 @@
 
 #include "sim/effects/gravity.h"
 #include "sim/transfer/modes.h"
+#include "sim/transfer/order.h"
 
 #include <algorithm>
 
@@ -38,13 +39,6 @@ bool any_scheme(const Scene& s, const Has& has) {
   return any_solid(s, [&](const Body& b) { return has(with_scheme_of(b, s.options)); });
 }
 
-/// Most modes that a particle of the scene carries a component.
-std::int64_t most_modes(const Scene& s) {
-  std::int64_t most = 1;
-  any_scheme(s, [&](const Options& o) { return most = std::max(most, mode_count(o)), false; });
-  return most;
-}
-
 template <Elasticity kind>
 bool has_model(const Scene& s) { return any_solid(s, [](const Body& b) { return b.solid.model == kind; }); }
 template <Plasticity kind>
@@ -75,10 +69,19 @@ bool has_advection(const Scene& s) { return is_fluid(s) && s.options.advection =
 template <std::int64_t number>
 bool has_dimension(const Scene& s) { return s.options.dimension == number; }
 
+/// Where particles were before the motion.
+std::vector<Attribute> departures(const Scene& s) { return {{"departures", s.options.dimension * (4 + real_bytes(s)), false}}; }
+
 }  // namespace
 
 std::int64_t mode_count(const Options& o) {
   return std::int64_t(o.dimension == 2 ? mode_set<2>(o.transfer, o.kernel, o.modes).size() : mode_set<3>(o.transfer, o.kernel, o.modes).size());
+}
+
+std::int64_t most_modes(const Scene& s) {
+  std::int64_t most = 1;
+  any_scheme(s, [&](const Options& o) { return most = std::max(most, mode_count(o)), false; });
+  return most;
 }
 
 std::span<const base::PassRow> pass_rows() {
@@ -87,13 +90,13 @@ std::span<const base::PassRow> pass_rows() {
       {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
       {"grid_update", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
-      {"pressure", Often::step, {"grid velocity", "blocks", "solids"}, {"grid velocity"}},
+      {"pressure", Often::step, {"grid velocity", "blocks"}, {"grid velocity"}},
       {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"extrapolate", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"volume", Often::step, {"blocks", "particles"}, {"particles"}},
       {"g2p", Often::step, {"grid velocity"}, {"particles"}},
       {"advect", Often::step, {"grid velocity", "particles"}, {"particles"}},
-      {"collide", Often::step, {"solids", "particles"}, {"particles"}},
+      {"collide", Often::step, {"particles"}, {"particles"}},
       {"carry", Often::step, {"departures", "particles"}, {"particles"}},
   };
   return rows;
@@ -105,14 +108,16 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
        [](const Scene& s) { return s.options.solver == "fluid"; }, {"sort", "p2g", "pressure", "extrapolate", "g2p", "advect"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
-         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d}};
+         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d},
+                                       {"order", sort_bytes(d, real, d * mode_count(s.options)), false}};
        }},
       {"solid", {"sim.solver=solid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.sound_cfl", "shot.fps", "body.NAME"},
        is_solid, {"sort", "p2g", "grid_update", "g2p"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
-         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d * most_modes(s)},
-                                       {"deformation", real * (d * d + 1)}, {"stress", real * d * (d + 1) / 2}};
+         const std::int64_t row = d * most_modes(s), strain = real * (d * d + 1), stress = real * d * (d + 1) / 2;
+         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * row}, {"deformation", strain}, {"stress", stress},
+                                       {"order", sort_bytes(d, real, row), false}, {"spare", strain + (has_short_rows(std::size_t(row)) ? stress : 0), false}};
        }},
       {"fixed corotated elasticity", {"body.NAME.material.model=fixed_corotated", "body.NAME.material=snow"}, has_model<Elasticity::fixed_corotated>},
       {"neo-Hookean elasticity", {"body.NAME.material.model=neo_hookean", "body.NAME.material=jelly", "body.NAME.material=rubber"},
@@ -138,8 +143,8 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"polypic", {"sim.transfer=polypic", "sim.modes=multilinear", "sim.modes=quadratic", "sim.modes=full", "body.NAME.transfer=polypic",
                    "body.NAME.modes=multilinear", "body.NAME.modes=quadratic", "body.NAME.modes=full"}, has_transfer<Transfer::polypic>, {},
        [](const Scene& s) { return is_solid(s) ? std::vector<Attribute>{} : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (mode_count(s.options) - 1)}}; }},
-      {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}},
-      {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}},
+      {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}, departures},
+      {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}, departures},
       {"fixed carry", {"sim.carry=fixed"}, has_carry<Carry::fixed>},
       {"limited carry of solids", {"body.NAME.carry=limited", "sim.carry=limited"}, carries_solids<Carry::limited>},
       {"hybrid carry of solids", {"body.NAME.carry=hybrid", "sim.carry=hybrid"}, carries_solids<Carry::hybrid>},
@@ -159,7 +164,7 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"separating contact", {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
        has_contact<Contact::separating>, {"collide"}},
       {"periodic sides", {"sim.boundary=periodic"}, [](const Scene& s) { return any_side(s.options, Side::periodic); }},
-      {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide"}},
+      {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide", "collide<solids", "pressure<solids"}},
   };
   return rows;
 }

@@ -13,7 +13,9 @@ std::span<const base::EffectRow<Scene>> effect_rows();
 std::span<const base::PassRow> pass_rows();
 /// Modes that a particle carries for each component of its velocity.
 std::int64_t mode_count(const Options&);
-/// Of the stage "simulate". Attributes are those of the columns of State.
+/// The same of the particles that carry the most: bodies of a solid scene may differ.
+std::int64_t most_modes(const Scene&);
+/// Of the stage "simulate". Attributes that are state are those of the columns of State.
 base::Plan plan_of(const Scene&);
 
 }  // namespace sim

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/effects/gravity.h"
 #include "sim/fluid/pace.h"
+#include "sim/solid/make_model.h"
 
 namespace sim {
 namespace {
@@ -72,12 +74,33 @@ Size size_of(const Scene& scene) {
   return size;
 }
 
+namespace {
+
+/// [m/s] of sound in a body at rest.
+double sound_at_rest(const Body& body) {
+  Deformation<double, 3> rest{Matrix<double, 3>::zero(), 0};
+  const double stiffness =
+      std::visit([&](const auto& law) { return law.template respond<double, 3>(Matrix<double, 3>::zero(), rest).stiffness; }, make_model(body.solid));
+  return std::sqrt(stiffness / body.solid.density);
+}
+
+/// [s] that sound allows; endless for a liquid, which has none.
+double sound_step(const Scene& scene) {
+  double fastest = 0;
+  if (scene.options.is_solid())
+    for (const Body& body : scene.bodies) fastest = std::max(fastest, sound_at_rest(body));
+  return fastest > 0 ? scene.options.sound_cfl * scene.options.cell / fastest : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
 double steps_in_frame(const Scene& scene, double fps, double before, double after) {
-  const double frame = 1 / fps, fall = gravity(scene).norm(), reach = scene.options.cfl * scene.options.cell;
+  const double frame = 1 / fps, fall = gravity(scene).norm(), reach = scene.options.cfl * scene.options.cell, sound = sound_step(scene);
   double steps = 0;
   for (double left = frame; left > 1e-9 * frame; ++steps) {
     const double share = 1 - left / frame;
-    left -= longest_step(before + share * (after - before), fall, reach, left);
+    const double motion = longest_step(before + share * (after - before), fall, reach, left);
+    left -= motion <= sound ? motion : left / std::ceil(left / sound);   // solids cut what is left into equal steps
   }
   return steps;
 }

@@ -6,7 +6,7 @@ using Often = base::PassRow::Often;
 
 std::span<const base::PassRow> pass_rows() {
   static const std::vector<base::PassRow> rows = {
-      {"rasterize", Often::frame, {"points file", "solids"}, {"spheres"}},
+      {"rasterize", Often::frame, {"points file"}, {"spheres"}},
       {"rebuild", Often::frame, {"spheres"}, {"level set"}},
       {"smooth", Often::frame, {"level set"}, {"level set"}},
       {"velocity", Often::frame, {"points file", "level set"}, {"velocity grid"}},
@@ -20,7 +20,7 @@ std::span<const base::EffectRow<Task>> effect_rows() {
       {"level set", {"sim.dimension", "surface.voxel", "surface.radius"}, [](const Task& t) { return t.dimension == 3; }, {"rasterize", "rebuild", "write_surface"}},
       {"velocity grid", {"surface.vel_name"}, [](const Task& t) { return t.dimension == 3; }, {"velocity"}},
       {"smoothing", {"surface.smooth"}, [](const Task& t) { return t.dimension == 3 && t.options.smooth > 0; }, {"smooth"}},
-      {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }},
+      {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }, {"rasterize<solids"}},
   };
   return rows;
 }

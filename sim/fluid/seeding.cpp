@@ -53,12 +53,14 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
   const auto holds = [](const std::vector<Shape>& any, const base::Vec3& at) {
     return std::any_of(any.begin(), any.end(), [&](const Shape& shape) { return shape.distance(at) < 0; });
   };
-  const auto owner = [&](const base::Vec3& at) -> const Body* {
-    if (holds(solids.shapes, at)) return nullptr;
-    for (std::size_t b = 0; b < shapes.size(); ++b)
-      if (holds(shapes[b], at)) return &scene.bodies[b];
-    return nullptr;
+  constexpr std::uint32_t kNobody = ~0u;
+  const auto owner = [&](const base::Vec3& at) {
+    if (holds(solids.shapes, at)) return kNobody;
+    for (std::uint32_t b = 0; b < shapes.size(); ++b)
+      if (holds(shapes[b], at)) return b;
+    return kNobody;
   };
+  std::vector<std::uint32_t> bodies;        // of each particle
 
   for (const std::int64_t number : cells_of<D>(shapes, o, lattice)) {
     Cell<D> at;
@@ -73,17 +75,21 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
         offset[a] = std::min(Real((rest % edge + within) / edge), std::nextafter(Real(1), Real(0)));
         place[a] += o.cell * (at[a] + double(offset[a]));
       }
-      const Body* body = owner(place);
-      if (!body) continue;
+      const std::uint32_t body = owner(place);
+      if (body == kNobody) continue;
       Moving<D, Real> particle{{at, offset}, Vec<D, Real>::Zero()};   // it may touch a wall; that is no contact that stops it
       solids.push_out(particle);
       particles.cell.push_back(particle.site.cell);
       particles.offset.push_back(particle.site.offset);
       particles.id.push_back(std::int64_t(particles.id.size()));
-      for (int a = 0; a < D; ++a)
-        for (int r = 0; r < modes; ++r) particles.coefficients.push_back(r == 0 ? Real(body->velocity[a]) : Real(0));
+      bodies.push_back(body);
     }
   }
+  // They are held for the whole run: no more than they need.
+  particles.cell.shrink_to_fit(), particles.offset.shrink_to_fit(), particles.id.shrink_to_fit();
+  particles.coefficients.assign(particles.size() * particles.row(), Real(0));
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    for (int a = 0; a < D; ++a) particles.component(p, a)[0] = Real(scene.bodies[bodies[p]].velocity[a]);
   return particles;
 }
 

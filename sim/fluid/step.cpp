@@ -31,6 +31,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
     ranges_ = order_.sort(particles, solids_.lattice, transfer_.home());
+    ledger.hold("order", order_.bytes(particles));
     // Stencils reach two places beyond a cell; from there the field goes on into the air, and whoever reads at its rim looks one further.
     if (free_surface_) blocks_.cover(ranges_, layers() + 3);
   }
@@ -121,7 +122,10 @@ template <int D, class Real>
 void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
   const bool limits = options_.carry != Carry::fixed;
   ranges_ = {};
-  if (limits) departure_ = {particles.cell, particles.offset};
+  if (limits) {
+    departure_ = {particles.cell, particles.offset};
+    ledger.hold("departures", std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
+  }
   if (displaces_) {
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));

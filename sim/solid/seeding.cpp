@@ -129,6 +129,7 @@ std::vector<Group<D, Real>> seed_groups(const Scene& scene, const Solids<D>& sol
         p.id.push_back(next_id++);
       }
     }
+    p.cell.shrink_to_fit(), p.offset.shrink_to_fit(), p.id.shrink_to_fit();   // they are held for the whole run
     p.coefficients.assign(p.size() * p.row(), 0);
     set_motion<D, Real>(scene.bodies[b], o, group);
     group.deformation.assign(p.size(), {Matrix<Real, D>::zero(), Real(0)});

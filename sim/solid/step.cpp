@@ -74,6 +74,7 @@ void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger
     const auto pass = ledger.pass("sort", 2 * bytes_of(groups, false));
     order_.resize(groups.size());
     flip_ = false;
+    std::int64_t held = 0;
     for (std::size_t g = 0; g < groups.size(); ++g) {
       Group<D, Real>& group = groups[g];
       group.ranges = order_[g].sort(group.particles, blocks_.lattice(), Home::nearest_node);
@@ -81,8 +82,10 @@ void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger
         order_[g].move_along(group.deformation, group.next);
         order_[g].move_along(group.stress, group.spare_stress);
       }
+      held += order_[g].bytes(group.particles);
       flip_ = flip_ || group.scheme.flip;
     }
+    ledger.hold("order", held);
     merge(groups);
     blocks_.cover(merged_, kDepth);
   }
@@ -155,10 +158,12 @@ template <int D, class Real>
 StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, base::Ledger& ledger) {
   const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
   StepLimits limits;
+  std::int64_t spare = 0;
   for (Group<D, Real>& group : groups) {
     group.rows.swap(group.particles.rows);
     group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
     group.next.resize(group.deformation.size());
+    spare += std::int64_t(group.next.capacity() * sizeof(group.next[0]) + group.spare_stress.capacity() * sizeof(group.spare_stress[0]));
     struct Part {
       StepLimits limits;
       SolidCounts counts;
@@ -178,10 +183,11 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
       throw base::Error({.code = base::Exit::unstable, .hint = "a smaller sim.sound_cfl or sim.cfl may help",
                          .message = fmt::format("g2p: particle {} is not finite or crossed more than two cells in a step of {:.3g} s", all.lost, dt)});
     group.deformation.swap(group.next);
-    group.rows.clear();
+    group.rows.clear(), group.particles.rows.swap(group.rows);   // its storage serves the next sort
     limits.take(all.limits);
     counts_.add(all.counts);
   }
+  ledger.hold("spare", spare);
   return limits;
 }
 

@@ -156,7 +156,8 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
       if (offset[a] >= Real(0.5)) --node[a];
     return lattice.wrapped(node);
   };
-  const bool moves_rows = particles.row() <= kShortRow;
+  const bool moves_rows = has_short_rows(particles.row());
+  if (particles.rows.empty()) particles.rows.swap(sorted_.rows);   // its storage serves again
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
   base::parallel_chunks(cells, 16 * per_block, [&](std::size_t begin, std::size_t end) {
     std::size_t ahead = ranges.begin[begin];
@@ -183,6 +184,20 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   if (moves_rows) move_along(particles.coefficients, sorted_.coefficients, particles.row());
   else particles.rows.swap(sorted_.rows);
   return ranges;
+}
+
+template <int D, class Real>
+std::int64_t CanonicalOrder<D, Real>::bytes(const Particles<D, Real>& particles) const {
+  const auto bytes_of = [](const auto& column) { return std::int64_t(column.capacity() * sizeof(column[0])); };
+  return bytes_of(key_) + bytes_of(cell_) + bytes_of(from_) + bytes_of(sorted_.cell) + bytes_of(sorted_.offset) + bytes_of(sorted_.id) +
+         bytes_of(sorted_.rows) + bytes_of(sorted_.coefficients) + bytes_of(particles.rows);
+}
+
+bool has_short_rows(std::size_t row) { return row <= kShortRow; }
+
+std::int64_t sort_bytes(std::int64_t dimension, std::int64_t real, std::int64_t row) {
+  const std::int64_t numbers = sizeof(std::int64_t) + 2 * sizeof(std::uint32_t), moved = dimension * (sizeof(int) + real) + sizeof(std::int64_t);
+  return numbers + moved + (has_short_rows(std::size_t(row)) ? row * real : std::int64_t(sizeof(std::uint32_t)));
 }
 
 template class CanonicalOrder<2, float>;

@@ -11,6 +11,11 @@
 
 namespace sim {
 
+/// Rows of so few numbers are moved by a sort.
+bool has_short_rows(std::size_t row);
+/// Bytes that sorting holds for a particle whose row has `row` numbers of `real` bytes: what the plan says of CanonicalOrder::bytes().
+std::int64_t sort_bytes(std::int64_t dimension, std::int64_t real, std::int64_t row);
+
 /// Sorts particles into canonical order. Holds the buffers between calls: fresh pages cost more than the sort.
 template <int D, class Real>
 class CanonicalOrder {
@@ -20,6 +25,8 @@ class CanonicalOrder {
   /// Moves what else there is a row of a particle as the last sort moved the particles.
   template <class T>
   void move_along(std::vector<T>& column, std::vector<T>& buffer, std::size_t row = 1) const;
+  /// Held for these particles between calls, beside themselves: sort_bytes() for each.
+  std::int64_t bytes(const Particles<D, Real>&) const;
 
  private:
   std::vector<std::int64_t> key_;            // of each particle's cell
