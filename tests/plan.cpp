@@ -9,10 +9,12 @@
 #include <sstream>
 
 #include "plan_shots.h"
+#include "render/plan.h"
 #include "shot_file.h"
 #include "sim/plan.h"
 #include "sim/simulation.h"
 #include "sim/size.h"
+#include "surface/plan.h"
 
 namespace {
 
@@ -129,6 +131,19 @@ TEST_F(Plan, EveryPassOfTheSourceHasARowAndEveryRowAPass) {
   for (const std::string& name : planned) EXPECT_TRUE(std::regex_search(page, std::regex("\\b" + name + "\\b"))) << name << " is not described in docs/files.md";
 }
 
+TEST_F(Plan, RowsNamePassesThatThereAreAndWhatTheyReadIsSomewhereWritten) {
+  const std::set<std::string> passes = app::all_passes();
+  std::set<std::string_view> data = {"particles", "solids", "set"};
+  for (const auto& table : {sim::pass_rows(), surface::points_pass_rows(), surface::pass_rows(), render::pass_rows()})
+    for (const base::PassRow& pass : table) data.insert(pass.writes.begin(), pass.writes.end());
+  for (const app::Row& row : app::all_rows())
+    for (const std::string_view name : row.passes) {
+      const std::size_t end = std::min(name.find('<'), name.size());
+      EXPECT_TRUE(passes.contains(std::string(name.substr(0, end)))) << row.name << ": " << name;
+      EXPECT_TRUE(end == name.size() || data.contains(name.substr(end + 1))) << row.name << ": " << name;
+    }
+}
+
 TEST_F(Plan, EveryEffectIsOnInAShotAndOffInAnother) {
   const std::set<std::string> kAlways = {"liquid", "points file", "film", "checkpoints"};   // there is nothing else yet
   std::map<std::string, int> times;
@@ -144,7 +159,7 @@ TEST_F(Plan, EveryEffectIsOnInAShotAndOffInAnother) {
 
 TEST_F(Plan, PassesReadWhatAPassBeforeHasWritten) {
   for (const app::Shot& shot : all_shots()) {
-    std::set<std::string_view> there = {"particles", "solids", "set", "departures", "mesh"};   // seeded, kept from the pass itself, or empty
+    std::set<std::string_view> there = {"particles", "solids", "set", "departures"};   // seeded, of the shot, or kept beside the passes
     for (const app::Stage stage : app::stages_of(shot))
       for (const base::PassRow& pass : app::plan_of(shot, stage).passes) {
         for (const std::string_view name : pass.reads) EXPECT_TRUE(there.contains(name)) << pass.name << " reads " << name;
@@ -153,13 +168,65 @@ TEST_F(Plan, PassesReadWhatAPassBeforeHasWritten) {
   }
 }
 
+// What a pass reads because of an effect it does not read without it.
+TEST_F(Plan, WhatIsNotThereIsNotRead) {
+  std::map<std::string_view, int> readers;
+  for (const app::Shot& shot : all_shots())
+    for (const app::Stage stage : app::stages_of(shot))
+      for (const base::PassRow& pass : app::plan_of(shot, stage).passes)
+        for (const std::string_view name : pass.reads) {
+          const bool is_there = name == "solids" ? !shot.scene.colliders.empty() : name == "set" ? !shot.render.sets.empty() : name == "mesh" ? shot.render.draws_surface()
+                                : pass.name == "bvh" && name == "points file" ? shot.render.draws_grains() : true;
+          EXPECT_TRUE(is_there) << shot.resolved << ": " << pass.name << " reads " << name;
+          ++readers[name];
+        }
+  for (const std::string_view name : {"solids", "set", "mesh", "points file"}) EXPECT_GT(readers[name], 0) << name;
+}
+
 TEST_F(Plan, ALiquidCarriesNothingElastic) {
+  const std::set<std::string> kOfLiquids = {"cell", "offset", "id", "coefficients", "order", "departures"};
+  const std::set<std::string_view> kPassesOfLiquids = {"sort", "p2g", "forces", "pressure", "reflect", "extrapolate", "volume", "g2p", "advect", "collide", "carry"};
+  int liquids = 0, solids = 0;
   for (const app::Shot& shot : all_shots()) {
-    if (shot.scene.options.solver != "fluid") continue;
-    for (const auto& [name, bytes] : attributes(shot)) EXPECT_TRUE(name == "cell" || name == "offset" || name == "id" || name == "coefficients") << name;
-    for (const base::PassRow& pass : sim::plan_of(shot.scene).passes)
-      for (const std::string_view foreign : {"svd", "newton", "elastic", "plasticity", "grid_update", "stress"}) EXPECT_NE(pass.name, foreign);
+    const bool liquid = shot.scene.options.solver == "fluid";
+    bool foreign = false;   // anything that no liquid has: F, SVD, Newton, stress, whatever comes
+    for (const auto& [name, bytes] : attributes(shot)) foreign = foreign || !kOfLiquids.contains(name);
+    for (const base::PassRow& pass : sim::plan_of(shot.scene).passes) foreign = foreign || !kPassesOfLiquids.contains(pass.name);
+    EXPECT_EQ(foreign, !liquid) << shot.resolved;
+    ++(liquid ? liquids : solids);
   }
+  EXPECT_GT(liquids, 30);
+  EXPECT_GT(solids, 5);
+}
+
+TEST_F(Plan, WithoutRenderThereAreNoPictures) {
+  const std::string tank = kTank.substr(0, kTank.find("[render]"));
+  const app::Shot shot = read(tank);
+  EXPECT_EQ(app::stages_of(shot), (std::vector{app::Stage::simulate, app::Stage::surface}));
+  EXPECT_TRUE(app::plan_of(shot, app::Stage::render).passes.empty());
+  for (const app::ExplainedEffect& e : app::explained_effects(shot)) {
+    if (e.stage != "render") continue;
+    EXPECT_FALSE(e.on) << e.name;
+    EXPECT_EQ(e.key, "render") << e.name;
+    EXPECT_EQ(e.value, "") << e.name;
+  }
+  EXPECT_NE(app::plan_line(shot).find("off: pictures, "), std::string::npos) << app::plan_line(shot);
+  EXPECT_EQ(shot.resolved.find("[render]"), std::string::npos) << "a rung's samples ask for no picture";
+  EXPECT_TRUE(read(tank, {"render.width=32"}).has_pictures);
+  EXPECT_FALSE(read(tank + "[quality.draft.render]\nwidth = 32\n").has_pictures);
+  EXPECT_TRUE(read(tank + "[quality.draft.render]\nwidth = 32\n", {}, "draft").has_pictures);
+  for (const std::string& empty : {tank + "[render]\n", kFlatTank.substr(0, kFlatTank.find("[render]")) + "[render]\n"}) {
+    const app::Shot asks = read(empty);
+    EXPECT_TRUE(asks.has_pictures);
+    EXPECT_TRUE(read(asks.resolved).has_pictures) << asks.resolved;
+    EXPECT_TRUE(app::is_resolved(asks.resolved));
+  }
+}
+
+TEST_F(Plan, LineSaysWhatIsSolved) {
+  EXPECT_TRUE(app::plan_line(read(kTank)).starts_with("liquid, linear kernel, 8 modes; off: "));
+  EXPECT_TRUE(app::plan_line(read(kBlock)).starts_with("solid, quadratic kernel, 27 modes; off: "));
+  EXPECT_TRUE(app::plan_line(read(kBlock, {"body.block.transfer=apic"})).starts_with("solid, quadratic kernel, 4 modes; off: "));
 }
 
 TEST_F(Plan, ApicStoresNoPolynomialCoefficient) {

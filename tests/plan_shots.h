@@ -8,86 +8,29 @@ struct SmallShot {
   std::vector<std::string> sets = {};
 };
 
-inline const std::string kTank = R"([shot]
-frames = 2
-fps = 24
-checkpoint_every = 2
-[sim]
-domain = [[0, 0, 0], [0.8, 0.4, 0.4]]
-cell = 0.1
-[[body]]
-name = "water"
-shape = { box = [[0, 0, 0], [0.4, 0.4, 0.2]] }
-[render]
-width = 32
-height = 16
-spp = 1
-)";
-inline const std::string kFlatTank = R"([shot]
-frames = 2
-fps = 24
-checkpoint_every = 2
-[sim]
-dimension = 2
-domain = [[0, 0], [0.8, 0.4]]
-cell = 0.05
-[[body]]
-name = "water"
-shape = { box = [[0, 0], [0.4, 0.2]] }
-[render]
-width = 64
-height = 32
-)";
-inline const std::string kGravity = R"([[effect]]
-kind = "gravity"
-)";
-inline const std::string kBall = R"([[collider]]
-name = "ball"
-shape = { sphere = { center = [0.6, 0.2, 0.1], radius = 0.12 } }
-)";
-inline const std::string kDisc = R"([[collider]]
-name = "disc"
-shape = { sphere = { center = [0.6, 0.1], radius = 0.08 } }
-)";
+/// Two frames of one body; `sim` are lines of [sim].
+inline std::string one_body(const std::string& sim, const std::string& name, const std::string& box, const std::string& picture) {
+  return "[shot]\nframes = 2\nfps = 24\ncheckpoint_every = 2\n[sim]\n" + sim + "[[body]]\nname = \"" + name + "\"\nshape = { box = " + box + " }\n[render]\n" + picture;
+}
+inline const std::string kRoom = "domain = [[0, 0, 0], [0.8, 0.4, 0.4]]\ncell = 0.1\n", kSheet = "dimension = 2\ndomain = [[0, 0], [0.8, 0.4]]\ncell = 0.05\n";
+inline const std::string kSmallPicture = "width = 32\nheight = 16\nspp = 1\n", kFlatPicture = "width = 64\nheight = 32\n", kSolid = "solver = \"solid\"\n";
 
-inline const std::string kBlock = R"([shot]
-frames = 2
-fps = 24
-checkpoint_every = 2
-[sim]
-solver = "solid"
-domain = [[0, 0, 0], [0.8, 0.4, 0.4]]
-cell = 0.1
-[[body]]
-name = "block"
-shape = { box = [[0.1, 0.1, 0], [0.4, 0.3, 0.2]] }
-[render]
-width = 32
-height = 16
-spp = 1
-)";
-inline const std::string kPlate = R"([shot]
-frames = 2
-fps = 24
-checkpoint_every = 2
-[sim]
-solver = "solid"
-dimension = 2
-domain = [[0, 0], [0.8, 0.4]]
-cell = 0.05
-[[body]]
-name = "block"
-shape = { box = [[0.1, 0.1], [0.4, 0.2]] }
-[render]
-width = 64
-height = 32
-)";
+inline const std::string kTank = one_body(kRoom, "water", "[[0, 0, 0], [0.4, 0.4, 0.2]]", kSmallPicture);
+inline const std::string kFlatTank = one_body(kSheet, "water", "[[0, 0], [0.4, 0.2]]", kFlatPicture);
+inline const std::string kBlock = one_body(kSolid + kRoom, "block", "[[0.1, 0.1, 0], [0.4, 0.3, 0.2]]", kSmallPicture);
+inline const std::string kPlate = one_body(kSolid + kSheet, "block", "[[0.1, 0.1], [0.4, 0.2]]", kFlatPicture);
+inline const std::string kGravity = "[[effect]]\nkind = \"gravity\"\n";
+
+inline std::string ball(const std::string& name, const std::string& center, double radius) {
+  return "[[collider]]\nname = \"" + name + "\"\nshape = { sphere = { center = " + center + ", radius = " + std::to_string(radius) + " } }\n";
+}
+inline const std::string kBall = ball("ball", "[0.6, 0.2, 0.1]", 0.12), kDisc = ball("disc", "[0.6, 0.1]", 0.08);
 
 inline std::string look(const std::string& keys) { return "[look.special]\n" + keys; }
 
 inline std::vector<SmallShot> small_shots() {
   const std::vector<std::string> special = {"body.water.look=special"};
-  const std::string periodic = "sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"";
+  const std::string periodic = "sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"", everywhere = periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}";
   std::vector<SmallShot> shots = {
       {"weightless", kTank},
       {"falling", kTank + kGravity},
@@ -107,8 +50,9 @@ inline std::vector<SmallShot> small_shots() {
       {"double", kTank + kGravity, {"sim.precision=double"}},
       {"regular", kTank + kGravity, {"sim.seeding=regular"}},
       {"channel", kTank, {periodic + "}"}},
-      {"without_walls", kTank, {periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}"}},
-      {"ball_without_walls", kTank + kBall, {periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}"}},
+      {"without_pictures", kTank.substr(0, kTank.find("[render]")), {}},
+      {"without_walls", kTank, {everywhere}},
+      {"ball_without_walls", kTank + kBall, {everywhere}},
       {"rough", kTank, {"surface.smooth=0"}},
       {"swirls", kTank + kGravity, {"preview.color=vorticity", "preview.draw=surface"}},
       {"along_x", kTank, {"preview.color=velocity_x"}},

@@ -9,6 +9,7 @@
 #include "app/commands/commands.h"
 #include "app/stages/document.h"
 #include "app/plan/limits.h"
+#include "app/plan/plan.h"
 #include "app/plan/predict.h"
 #include "app/stages/interrupt.h"
 #include "base/error.h"
@@ -23,12 +24,17 @@ std::vector<Stage> stages_of(const Request& request, const Shot& shot) {
                        .message = "has no surface"});
   if (request.command == "simulate") return {Stage::simulate};
   if (request.command == "surface") return {Stage::surface};
-  if (request.command == "render") return {request.preview ? Stage::preview : Stage::render};
-  if (is_flat && request.preview) return {Stage::simulate, Stage::preview, Stage::render};
-  if (is_flat) return {Stage::simulate, Stage::render};
-  if (request.preview && shot.render.preview.draw == "surface") return {Stage::simulate, Stage::surface, Stage::preview, Stage::render};
-  if (request.preview) return {Stage::simulate, Stage::preview, Stage::surface, Stage::render};
-  return {Stage::simulate, Stage::surface, Stage::render};
+  if (request.command == "render" && request.preview) return {Stage::preview};
+  if (request.command == "render") {
+    if (shot.has_pictures) return {Stage::render};
+    throw base::Error({.file = shot.file.string(), .key = "render", .hint = "add [render], or --set render.width=960; --preview draws the points",
+                       .message = "the shot asks for no pictures"});
+  }
+  std::vector<Stage> stages = stages_of(shot);
+  if (!request.preview) return stages;
+  const auto after = !is_flat && shot.render.preview.draw == "surface" ? Stage::surface : Stage::simulate;
+  stages.insert(std::find(stages.begin(), stages.end(), after) + 1, Stage::preview);
+  return stages;
 }
 
 bool wants(const Order& order, Stage stage) { return std::find(order.stages.begin(), order.stages.end(), stage) != order.stages.end(); }
@@ -41,9 +47,9 @@ std::int64_t recorded_frames(const Order& order, const FrameRange& range, Stage 
 // Of what is still to be made.
 void check_room(const Shot& shot, const Order& order, const FrameRange& range, const std::optional<Prediction>& predicted) {
   if (!wants(order, Stage::simulate)) return;
-  Prediction needed = predicted && wants(order, Stage::render) ? *predicted : least(shot, range);
+  Prediction needed = predicted ? *predicted : least(shot, range);
   const double missing = 1 - double(recorded_frames(order, range, Stage::simulate)) / double(range.last);
-  for (auto& [kind, bytes] : needed.disk) bytes *= wants(order, Stage::render) || kind == "points" ? missing : 0;
+  for (auto& [kind, bytes] : needed.disk) bytes *= predicted || wants(order, Stage::render) || kind == "points" ? missing : 0;
   require_room(shot, needed, free_memory(), free_disk(order.out));
 }
 
@@ -79,6 +85,7 @@ void film(const Request& request) {
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
+  if (request.command == "run" && !shot.has_pictures) progress.line("no pictures: the shot has no [render]");
   const nlohmann::ordered_json run = make_film(shot, order, progress);
   if (fresh) remember(shot, order, range, *predicted, run);
   if (request.json) std::fputs(document_text(run).c_str(), stdout);

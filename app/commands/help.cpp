@@ -30,7 +30,7 @@ constexpr std::string_view kShotOptions = R"(
   --out DIR           the run's directory (default: out/NAME, NAME being the shot's file name)
   --frames A-B, or A  these frames only; B may go past the shot's last. A simulation starts at frame 1
   --set KEY=VALUE     changes a key of the shot, as often as you like: --set sim.cell=0.01
-  --quality Q         draft or normal
+  --quality Q         draft, normal, high or extreme
   --threads N         default: all cores. The result is the same for any number
   --restart           forgets what this command and those after it have made, and makes it anew
   --quiet             no progress
@@ -42,7 +42,7 @@ constexpr std::string_view kPreviewOption = "  --preview           ";
 const std::map<std::string_view, std::string> kPages = {
     {"run", std::string(R"(polypic run SHOT [options]     simulates, surfaces and renders, frame by frame, then makes the movie
 
-Frames that are finished are kept: the same command goes on where it was stopped.
+Frames that are finished are kept: the same command goes on where it was stopped. A shot without [render] ends with its surfaces.
 )") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(also draws quick previews: preview/preview.0001.png, preview.mp4
 
   polypic run dam_break

@@ -26,9 +26,10 @@ void print_effects(const Shot& shot) {
   std::size_t name = 0, key = 0;
   for (const ExplainedEffect& e : effects)
     if (e.on) name = std::max(name, e.name.size()), key = std::max(key, e.key.size());
-  std::string stage, off;
+  std::string stage, off = shot.has_pictures ? "" : "pictures (there is no [render])";
   for (const ExplainedEffect& e : effects) {
     if (!e.on) {
+      if (e.stage == stage_name(Stage::render) && !shot.has_pictures) continue;
       off += (off.empty() ? "" : ", ") + e.name;
       continue;
     }

@@ -12,7 +12,6 @@
 
 #include "app/plan/plan.h"
 #include "base/error.h"
-#include "base/text.h"
 #include "sim/size.h"
 
 namespace app {
@@ -41,7 +40,7 @@ double available() {
 }
 
 double channels(const Shot& shot) { return shot.scene.options.dimension == 2 ? 4 : 15; }
-double pixels(const Shot& shot) { return double(shot.render.options.width * shot.render.options.height); }
+double pixels(const Shot& shot) { return shot.has_pictures ? double(shot.render.options.width * shot.render.options.height) : 0; }
 
 // What grows fastest is what to change.
 std::string key_of_memory(const Shot& shot) {
@@ -56,7 +55,9 @@ std::string key_of_disk(const Prediction& p) {
 
 [[noreturn]] void refuse(const Shot& shot, const std::string& key, double needed, double there, const std::string& what, const std::string& hint) {
   const bool cell = key == "sim.cell";
-  const std::string value = cell ? base::to_text(shot.scene.options.cell) + " m" : std::to_string(shot.render.options.width) + " pixels";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g m", shot.scene.options.cell);
+  const std::string value = cell ? text : std::to_string(shot.render.options.width) + " pixels";
   throw base::Error({.file = shot.file.string(), .key = key, .value = value, .hint = hint,
                      .message = "needs " + bytes_text(needed) + " of " + what + ", and there are " + bytes_text(there)});
 }

@@ -119,6 +119,7 @@ double coarser_cell(const Shot& shot, double particles) {
 }
 
 void set_picture(const Shot& shot, double scale, Sizes& sizes) {
+  if (!shot.has_pictures) return;
   const render::Options& o = shot.render.options;
   const auto width = std::max<std::int64_t>(16, std::llround(double(o.width) * scale)), height = std::max<std::int64_t>(16, std::llround(double(o.height) * scale));
   sizes.pixels = double(width * height);

@@ -71,9 +71,16 @@ std::vector<base::Plan> plans_of(const Shot& shot) {
   return plans;
 }
 
+// Nothing of it is asked for.
+base::Plan switched_off(base::Plan plan) {
+  for (base::PlannedEffect& effect : plan.effects) effect.on = false;
+  plan.attributes.clear(), plan.passes.clear();
+  return plan;
+}
+
 std::string count_text(const Shot& shot) {
   const std::int64_t d = shot.scene.options.dimension;
-  const auto modes = sim::mode_count(shot.scene.options);
+  const auto modes = sim::most_modes(shot.scene);
   return std::to_string(modes) + (modes == 1 ? " mode" : " modes") + (d == 2 ? " in two dimensions" : "");
 }
 
@@ -82,7 +89,7 @@ std::string count_text(const Shot& shot) {
 base::Plan plan_of(const Shot& shot, Stage stage) {
   switch (stage) {
     case Stage::surface: return surface::plan_of(surface_task(shot));
-    case Stage::render: return render::plan_of(shot.render);
+    case Stage::render: return shot.has_pictures ? render::plan_of(shot.render) : switched_off(render::plan_of(shot.render));
     case Stage::preview: return render::preview_plan_of(shot.render);
     case Stage::simulate: break;
   }
@@ -94,7 +101,7 @@ std::vector<ExplainedEffect> explained_effects(const Shot& shot) {
   std::vector<ExplainedEffect> effects;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects) {
-      auto [key, value] = deciding(e.keys.front(), shot.values);
+      auto [key, value] = plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys.front(), shot.values);
       effects.push_back({e.name, e.stage, e.on, std::move(key), std::move(value)});
     }
   return effects;
@@ -103,7 +110,7 @@ std::vector<ExplainedEffect> explained_effects(const Shot& shot) {
 std::vector<Row> all_rows() {
   std::vector<Row> rows;
   const auto add = [&](std::string_view stage, const auto& table) {
-    for (const auto& row : table) rows.push_back({std::string(row.name), std::string(stage), row.keys});
+    for (const auto& row : table) rows.push_back({std::string(row.name), std::string(stage), row.keys, row.passes});
   };
   add("simulate", sim::effect_rows());
   add("simulate", surface::points_rows());
@@ -121,19 +128,21 @@ std::set<std::string> all_passes() {
 }
 
 std::vector<Stage> stages_of(const Shot& shot) {
-  if (shot.scene.options.dimension == 2) return {Stage::simulate, Stage::render};
-  return {Stage::simulate, Stage::surface, Stage::render};
+  std::vector<Stage> stages = {Stage::simulate};
+  if (shot.scene.options.dimension == 3) stages.push_back(Stage::surface);
+  if (shot.has_pictures) stages.push_back(Stage::render);
+  return stages;
 }
 
 std::string plan_line(const Shot& shot) {
   constexpr std::size_t kMostNamed = 6;
   const base::Plan sim = plan_of(shot, Stage::simulate);
-  std::string off;
-  std::size_t count = 0;
+  std::string off = shot.has_pictures ? "" : "pictures";
+  std::size_t count = shot.has_pictures ? 0 : 1;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects)
-      if (!e.on && e.keys.front().find('=') == std::string_view::npos && e.keys.front() != "sim.dimension" && ++count <= kMostNamed) off += (off.empty() ? "" : ", ") + e.name;
-  return "liquid, " + std::string(shot.scene.options.kernel == sim::Kernel::linear ? "linear" : "quadratic") + " kernel, " + count_text(shot) +
+      if (!e.on && (plan.stage != "render" || shot.has_pictures) && e.keys.front().find('=') == std::string_view::npos && e.keys.front() != "sim.dimension" && ++count <= kMostNamed) off += (off.empty() ? "" : ", ") + e.name;
+  return std::string(shot.scene.options.is_solid() ? "solid" : "liquid") + ", " + std::string(shot.scene.options.kernel == sim::Kernel::linear ? "linear" : "quadratic") + " kernel, " + count_text(shot) +
          (count > 0 ? "; off: " + off + (count > kMostNamed ? " ..." : "") : "") + "; " + std::to_string(sim.bytes_per_particle()) + " B a particle";
 }
 

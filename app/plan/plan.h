@@ -25,17 +25,17 @@ struct ExplainedEffect {
 /// Of the stages simulate, surface and render, in the order of the flow.
 std::vector<ExplainedEffect> explained_effects(const Shot&);
 
-/// Every row of every table, for tests: what keys belong to it.
+/// Every row of every table, for tests: what keys belong to it, and the passes that it names.
 struct Row {
   std::string name, stage;
-  std::vector<std::string_view> keys;
+  std::vector<std::string_view> keys, passes;
 };
 std::vector<Row> all_rows();
 
 /// The names in all tables of passes.
 std::set<std::string> all_passes();
 
-/// Stages that a whole run of the shot has.
+/// Stages that a whole run of the shot has: pictures only where it has a [render].
 std::vector<Stage> stages_of(const Shot&);
 
 /// "liquid, linear kernel, 8 modes; off: gravity, colliders ...; 128 B a particle".

@@ -25,7 +25,7 @@ class Predictor {
   Predictor(const Shot& shot, const Pilot& pilot) : shot_(shot), pilot_(pilot) {
     const render::Options& o = shot.render.options;
     particles_ = sim::size_of(shot.scene).particles;
-    pixels_ = double(o.width * o.height);
+    pixels_ = shot.has_pictures ? double(o.width * o.height) : 0;
     samples_ = shot.scene.options.dimension == 2 ? pixels_ : pixels_ * double(o.spp);
     for (const auto& [frame, cost] : pilot.fine.frames)
       if (frame <= kFirst) first_ = std::max(first_, frame);
@@ -102,7 +102,13 @@ class Predictor {
     if (frame == 1) return 0;
     const auto fine = pilot_.fine.frames.find(frame);
     if (fine != pilot_.fine.frames.end() && pilot_.fine.cell == shot_.scene.options.cell) return fine->second.steps;
-    return sim::steps_in_frame(shot_.scene, shot_.fps, speed(frame - 1), speed(frame));
+    const double expected = sim::steps_in_frame(shot_.scene, shot_.fps, speed(frame - 1), speed(frame));
+    if (!shot_.scene.options.is_solid()) return expected;
+    const auto wide = pilot_.wide.frames.find(std::clamp<std::int64_t>(frame, 2, pilot_.last));   // how much stiffer than at rest they are there
+    if (wide == pilot_.wide.frames.end() || wide->second.steps == 0) return expected;
+    sim::Scene coarse = shot_.scene;
+    coarse.options.cell = pilot_.wide.cell;
+    return expected * wide->second.steps / sim::steps_in_frame(coarse, shot_.fps, speed(frame - 1), speed(frame));
   }
 
   /// [s] a step of the passes of a step, over frames in (after, to].
@@ -154,7 +160,7 @@ class Predictor {
   void add_checkpoints(std::int64_t last, Prediction& out) const {
     std::int64_t written = last > 1 && last % shot_.checkpoint_every != 0 ? 1 : 0;
     written += last / shot_.checkpoint_every - (shot_.checkpoint_every == 1 ? 1 : 0);
-    if (written > 0) out.disk["checkpoint"] = double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).bytes_per_particle());
+    if (written > 0) out.disk["checkpoint"] = double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).state_bytes_per_particle());
   }
 
   /// Linear in particles and in pixels, and never less than what the plan says they hold.

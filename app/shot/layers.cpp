@@ -92,6 +92,7 @@ Node merged(const Layers& layers, const std::string& quality, bool with_sets) {
   for (const std::string_view key : {"transfer", "kernel", "modes"})
     if (find(user, "sim", key)) root.at("sim").remove("carry");
   const Node* dimension = find(user, "sim", "dimension");
+  if (!user.find("render")) root.remove("render");                   // no pictures are asked for
   if (dimension && dimension->integer == 2) root.remove("render");   // points are drawn: there are no samples
   overlay(root, user);
   if (Node& shot = root.at("shot"); shot.is_table() && !shot.find("quality")) shot.at("quality") = make_node(quality);

@@ -50,7 +50,10 @@ void check_other_rungs(const Layers& layers) {
 
 Reading read_text(std::string_view text, const std::string& file, const Overrides& overrides) {
   const Layers layers = make_layers(parse_toml(text, file), file, overrides.quality, overrides.sets);
-  Reading reading = read_merged(merged(layers), file);
+  const Node root = merged(layers);
+  Reading reading = read_merged(root, file);
+  reading.shot.has_pictures = root.find("render") != nullptr;
+  if (reading.shot.has_pictures) reading.given.at("render");   // also where none of its keys is given
   check_other_rungs(layers);
   return reading;
 }

@@ -19,6 +19,7 @@ struct Shot {
   std::int64_t frames = 24;
   double fps = 24;              // [1/s]
   std::string quality = "normal";
+  bool has_pictures = false;    // whether there is a [render]
   std::int64_t checkpoint_every = 10, checkpoint_keep = 2;   // [frames], [1]
   sim::Scene scene;
   surface::Options surface;

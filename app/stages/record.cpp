@@ -226,7 +226,7 @@ Json run_document(const Folder& folder, const Shot& shot, int threads) {
 
   Json stages = {{"simulate", hashes.simulate}};
   if (!hashes.surface.empty()) stages["surface"] = hashes.surface;
-  stages["render"] = hashes.render;
+  if (shot.has_pictures) stages["render"] = hashes.render;
   Json program = {{"version", kVersion}};
   if (*kCommit) program["commit"] = kCommit;
   Json out = {{"schema", 1},
