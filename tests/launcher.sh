@@ -76,6 +76,8 @@ check "... and says what was left out" printed '  all that -R ^transfer.*(a|b)$ 
 check "... and exits 0" [ "$code" = 0 ]
 builds; launch test -L fast --full -R transfer
 check "-L and -R go together, to the sanitized suite as well" [ "$(grep -cE '^ctest .* -L fast -R transfer$' "$calls")" = 2 ]
+check "--full runs in release what no other call does" [ "$(grep -cE '^ctest .* -C full -L fast -R transfer$' "$calls")" = 1 ]
+check "... and builds the benchmarks" called '^cmake .* --target polypic_bench '
 check "... and both count" printed "2 passed, 0 failed"
 builds; stand_in ctest 'echo "1/2 Test  #1: Films/Film.Ends/a_b  # GetParam() = \"a_b\" ......   Passed    0.10 sec"
   echo "2/2 Test #12: Films/Film.Ends/c  # GetParam() = \"c\" ...***Failed    0.10 sec"; exit 8'; launch test
@@ -91,6 +93,14 @@ check "... and says so" said "no test of release has run: is any chosen by -R no
 builds; launch test --full -R film
 check "a choice without a test under the sanitizers passes" printed "1 passed, 0 failed"
 check "... and says so" printed "  anything under the sanitizers: no test there is chosen by -R film"
+valgrind() { stand_in dpkg-query 'for p in "$@"; do case $p in -*|*Status*) ;; valgrind) echo "not-installed $p" ;; *) echo "installed $p" ;; esac; done'; }
+builds; valgrind; launch test -R transfer
+check "what --full alone needs is not installed for others" not called '^apt-get'
+check "... whose tests are not run" not called '^ctest .* -C full'
+check "... nor their benchmarks built" not called 'polypic_bench'
+builds; valgrind; launch test --full -R transfer
+check "... but for --full" called '^apt-get install .* valgrind$'
+
 reset; launch test -R
 check "-R without an expression exits 2" [ "$code" = 2 ]
 reset; launch test -L ''
