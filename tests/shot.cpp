@@ -77,7 +77,8 @@ TEST_F(Shot, HasTheDefaultsOfWhatItDoesNotSay) {
 }
 
 TEST_F(Shot, TakesTheRungsKeysWhereItIsSilent) {
-  const app::Shot normal = read(kLeast), draft = read(kLeast, {}, "draft");
+  const std::string pictured = kLeast + "[render]\n";
+  const app::Shot normal = read(pictured), draft = read(pictured, {}, "draft");
   EXPECT_EQ(normal.scene.options.transfer, sim::Transfer::polypic);
   EXPECT_EQ(normal.scene.options.modes.name, "full");
   EXPECT_EQ(normal.render.options.spp, 16);
@@ -103,8 +104,8 @@ TEST_F(Shot, RungsClimbFromModesToReflectionToTheQuadraticKernel) {
 // default < built-in rung < the shot's key < the shot's [quality.RUNG] < --set, on one key: render.spp.
 TEST_F(Shot, LetsEachLayerOverrideTheOneBelow) {
   const std::string keyed = kLeast + "[render]\nspp = 7\n", tabled = keyed + "[quality.draft.render]\nspp = 9\n";
-  EXPECT_EQ(read(kLeast).render.options.spp, 16);
-  EXPECT_EQ(read(kLeast, {}, "draft").render.options.spp, 4);
+  EXPECT_EQ(read(kLeast + "[render]\n").render.options.spp, 16);
+  EXPECT_EQ(read(kLeast + "[render]\n", {}, "draft").render.options.spp, 4);
   EXPECT_EQ(read(keyed, {}, "draft").render.options.spp, 7);
   EXPECT_EQ(read(tabled, {}, "draft").render.options.spp, 9);
   EXPECT_EQ(read(tabled, {}, "normal").render.options.spp, 7);
@@ -115,7 +116,7 @@ TEST_F(Shot, IsReadAtTheRungThatTheCommandLineSaysBeforeItsOwn) {
   const std::string draft = "[shot]\nquality = \"draft\"\n" + kLeast;
   EXPECT_EQ(read(draft).quality, "draft");
   EXPECT_EQ(read(draft, {}, "normal").render.options.spp, 16);
-  EXPECT_EQ(read(kLeast, {"shot.quality=draft"}).render.options.spp, 4);
+  EXPECT_EQ(read(kLeast + "[render]\n", {"shot.quality=draft"}).render.options.spp, 4);
 }
 
 TEST_F(Shot, DropsTheRungsModesWhenTheTransferIsAnother) {
@@ -173,7 +174,7 @@ TEST_F(Shot, TakesAWholeNumberForARealOne) {
 
 TEST_F(Shot, ResolvesToTextThatReadsAsTheSameShot) {
   const std::string text = kLeast + "velocity = [0.1, 1e-9, 123456789012345680000.0]\nmaterial = { density = 900 }\n[quality.draft.sim]\ncell = 0.1\n"
-                           "[look.\"odd name\"]\nior = 1.4\nmodel = \"dielectric\"\n[surface]\nvel_name = \"a\\\"b\\u0001ü\"\n";
+                           "[look.\"odd name\"]\nior = 1.4\nmodel = \"dielectric\"\n[surface]\nvel_name = \"a\\\"b\\u0001ü\"\n[render]\n";
   const app::Shot shot = read(text, {"sim.seed=5"}, "draft");
   const app::Shot again = read(shot.resolved);
   EXPECT_EQ(again.resolved, shot.resolved);
@@ -190,7 +191,7 @@ TEST_F(Shot, ResolvesToTextThatReadsAsTheSameShot) {
 }
 
 TEST_F(Shot, ResolvesToTheKeysThatSomebodySet) {
-  EXPECT_EQ(read(kLeast, {"sim.cell=0.1"}, "draft").resolved, R"([shot]
+  EXPECT_EQ(read(kLeast + "[render]\n", {"sim.cell=0.1"}, "draft").resolved, R"([shot]
 quality = "draft"
 
 [sim]
