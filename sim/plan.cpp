@@ -88,7 +88,6 @@ std::span<const base::PassRow> pass_rows() {
   static const std::vector<base::PassRow> rows = {
       {"sort", Often::step, {"particles"}, {"particles", "blocks"}},
       {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
-      {"grid_update", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"pressure", Often::step, {"grid velocity", "blocks"}, {"grid velocity"}},
       {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
@@ -98,6 +97,18 @@ std::span<const base::PassRow> pass_rows() {
       {"advect", Often::step, {"grid velocity", "particles"}, {"particles"}},
       {"collide", Often::step, {"particles"}, {"particles"}},
       {"carry", Often::step, {"departures", "particles"}, {"particles"}},
+  };
+  return rows;
+}
+
+std::span<const base::PassRow> solid_pass_rows() {
+  static const std::vector<base::PassRow> rows = {
+      {"sort", Often::step, {"particles"}, {"particles", "blocks"}},
+      {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
+      {"grid_update", Often::step, {"grid velocity"}, {"grid velocity"}},
+      {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
+      {"collide", Often::step, {"grid velocity"}, {"grid velocity"}},
+      {"g2p", Often::step, {"grid velocity", "particles"}, {"particles"}},
   };
   return rows;
 }
@@ -169,6 +180,6 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
   return rows;
 }
 
-base::Plan plan_of(const Scene& scene) { return base::make_plan("simulate", effect_rows(), pass_rows(), scene); }
+base::Plan plan_of(const Scene& scene) { return base::make_plan("simulate", effect_rows(), is_solid(scene) ? solid_pass_rows() : pass_rows(), scene); }
 
 }  // namespace sim

@@ -9,8 +9,9 @@
 namespace sim {
 
 std::span<const base::EffectRow<Scene>> effect_rows();
-/// All passes a step can have, in the order of work.
+/// All passes a step of a liquid can have, in the order of work; of a solid.
 std::span<const base::PassRow> pass_rows();
+std::span<const base::PassRow> solid_pass_rows();
 /// Modes that a particle carries for each component of its velocity.
 std::int64_t mode_count(const Options&);
 /// The same of the particles that carry the most: bodies of a solid scene may differ.

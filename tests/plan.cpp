@@ -134,7 +134,7 @@ TEST_F(Plan, EveryPassOfTheSourceHasARowAndEveryRowAPass) {
 TEST_F(Plan, RowsNamePassesThatThereAreAndWhatTheyReadIsSomewhereWritten) {
   const std::set<std::string> passes = app::all_passes();
   std::set<std::string_view> data = {"particles", "solids", "set"};
-  for (const auto& table : {sim::pass_rows(), surface::points_pass_rows(), surface::pass_rows(), render::pass_rows()})
+  for (const auto& table : {sim::pass_rows(), sim::solid_pass_rows(), surface::points_pass_rows(), surface::pass_rows(), render::pass_rows()})
     for (const base::PassRow& pass : table) data.insert(pass.writes.begin(), pass.writes.end());
   for (const app::Row& row : app::all_rows())
     for (const std::string_view name : row.passes) {
@@ -255,6 +255,11 @@ TEST_F(Plan, NamesTheKeyThatDecidesAndItsValue) {
   EXPECT_EQ(effect(shot, "gravity").key, "effect.1.kind");
   EXPECT_EQ(effect(shot, "colliders").key, "collider.ball.name");
   EXPECT_EQ(effect(shot, "double precision").value, "\"single\"");
+  EXPECT_EQ(effect(shot, "surface in pictures").key, "body.water.material.preset");   // no look is named: that of the material
+  EXPECT_EQ(effect(read(kTank, {"body.water.look=sand"}), "grains in pictures").key, "body.water.look");
+  const app::Shot block = read(kBlock, {"body.block.transfer=pic"});
+  EXPECT_EQ(effect(block, "pic").key, "body.block.transfer");
+  EXPECT_EQ(effect(block, "hybrid carry of solids").key, "sim.carry");
   const app::ExplainedEffect none = effect(read(kTank), "colliders");
   EXPECT_FALSE(none.on);
   EXPECT_EQ(none.key, "collider");

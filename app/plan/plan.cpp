@@ -51,17 +51,23 @@ bool lies_under(const std::vector<std::string>& table, const std::vector<std::st
   return true;
 }
 
-// The first key of the shot that the row's deciding key means, and its value; of those with the row's own choice, if any has it.
-std::pair<std::string, std::string> deciding(std::string_view row_key, const std::vector<std::pair<std::string, std::string>>& values) {
-  const auto [pattern, choice] = split(row_key);
-  const std::vector<std::string> table = parts_of(pattern);
+// The first key of the shot that one of the row's keys means, and its value; of a row of choices, one that has the row's own. What is left empty
+// leaves it to the next key. Where there is none, what the row's first key means.
+std::pair<std::string, std::string> deciding(const std::vector<std::string_view>& row_keys, const std::vector<std::pair<std::string, std::string>>& values) {
   const std::pair<std::string, std::string>* first = nullptr;
-  for (const auto& entry : values) {
-    if (!lies_under(table, parts_of(entry.first))) continue;
-    if (!choice.empty() && entry.second == '"' + std::string(choice) + '"') return entry;
-    if (!first) first = &entry;
+  const bool of_choices = row_keys.front().find('=') != std::string_view::npos;
+  for (const std::string_view key : row_keys) {
+    const auto [pattern, choice] = split(key);
+    if (choice.empty() == of_choices) continue;
+    const std::vector<std::string> table = parts_of(pattern);
+    for (const auto& entry : values) {
+      if (!lies_under(table, parts_of(entry.first))) continue;
+      if (of_choices ? entry.second == '"' + std::string(choice) + '"' : entry.second != "\"\"") return entry;
+      if (!first && key == row_keys.front()) first = &entry;
+    }
   }
   if (first) return *first;
+  const std::string_view pattern = split(row_keys.front()).first;
   return {std::string(pattern.substr(0, std::min(pattern.find(".NAME"), pattern.find(".N.")))), ""};
 }
 
@@ -101,7 +107,7 @@ std::vector<ExplainedEffect> explained_effects(const Shot& shot) {
   std::vector<ExplainedEffect> effects;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects) {
-      auto [key, value] = plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys.front(), shot.values);
+      auto [key, value] = plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys, shot.values);
       effects.push_back({e.name, e.stage, e.on, std::move(key), std::move(value)});
     }
   return effects;
@@ -122,7 +128,7 @@ std::vector<Row> all_rows() {
 
 std::set<std::string> all_passes() {
   std::set<std::string> names;
-  for (const auto& table : {sim::pass_rows(), surface::points_pass_rows(), own_pass_rows(), surface::pass_rows(), render::pass_rows()})
+  for (const auto& table : {sim::pass_rows(), sim::solid_pass_rows(), surface::points_pass_rows(), own_pass_rows(), surface::pass_rows(), render::pass_rows()})
     for (const base::PassRow& pass : table) names.emplace(pass.name);
   return names;
 }
