@@ -79,6 +79,17 @@ class Params {
     for (std::size_t i = 0; i < names.size(); ++i)
       if (names[i] == word) v = static_cast<Enum>(i);
   }
+  /// Only some of its values, each with its name.
+  template <class Enum>
+  void choice(std::string_view name, Enum& v, std::span<const std::string_view> names, std::span<const Enum> values, std::string_view meaning) {
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (values[i] == v) at = i;
+    std::string word(names[at]);
+    text({name, "", meaning, {}, names}, word);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i] == word) v = values[i];
+  }
   virtual void count_or_name(const Key&, CountOrName&) = 0;
 
   /// A nested table of keys. Returns whether the shot has it.

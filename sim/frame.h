@@ -8,7 +8,7 @@
 
 namespace sim {
 
-/// Particles at one frame, in ascending id. All arrays have the same length.
+/// Particles at one frame, in ascending id; ids of those that have left are missing. All arrays have the same length.
 struct Frame {
   std::int64_t number = 1;            // frames count from 1; frame 1 is t = 0
   double time = 0;                    // [s]
@@ -35,12 +35,14 @@ struct Totals {
   double max_divergence = 0;              // [1/s] left by the last projection of the frame
   std::uint64_t state_hash = 0;           // of the whole particle state, independent of storage order
   std::int64_t pushed_out = 0;            // particles moved back out of a wall or collider since the frame before
+  std::int64_t left = 0;                  // particles gone through an open side since the frame before
   std::int64_t dropped_modes = 0;         // particles pushed so far that they lost the modes that bend, since the frame before
   std::int64_t limited_modes = 0;         // coefficients scaled down by a carry that limits, since the frame before
   std::int64_t light_faces = 0;           // faces reached by particles but too light to have a velocity, since the frame before
   std::int64_t pressure_iterations = 0;   // since the frame before
   std::int64_t pressure_fallbacks = 0;    // solves that went on with incomplete Cholesky, since the frame before
   std::int64_t splitting_fallbacks = 0;   // steps that did not reflect because the energy rose, since the frame before
+  std::optional<double> imbalance;        // [1/s] largest mean outflow that no pressure of a pocket without air could balance, since the frame before
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
   // Of solids, since the frame before:
   std::int64_t held_strains = 0;          // particle steps in which a law met the end of its range

@@ -174,8 +174,11 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"sticky contact", {"sim.boundary=sticky", "collider.NAME.contact=sticky"}, has_contact<Contact::sticky>, {"collide"}},
       {"separating contact", {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
        has_contact<Contact::separating>, {"collide"}},
+      {"open sides", {"sim.boundary=open"}, [](const Scene& s) { return any_side(s.options, Side::open); }, {"collide"}},
       {"periodic sides", {"sim.boundary=periodic"}, [](const Scene& s) { return any_side(s.options, Side::periodic); }},
       {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide", "collide<solids", "pressure<solids"}},
+      {"moving colliders", {"collider.NAME.velocity"},
+       [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return !c.velocity.isZero(0); }); }, {"collide"}},
   };
   return rows;
 }

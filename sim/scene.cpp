@@ -24,7 +24,8 @@ constexpr std::array kSolverNames{"fluid"sv, "solid"sv};
 constexpr std::array kSplittingNames{"lie"sv, "reflection"sv};
 constexpr std::array kAdvectionNames{"rk2"sv, "rk3"sv};
 constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
-constexpr std::array kSideNames{"slip"sv, "periodic"sv, "sticky"sv, "separating"sv};
+constexpr std::array kSideNames{"open"sv, "slip"sv, "periodic"sv, "sticky"sv, "separating"sv};   // the first three of fluids, all but the first of solids
+constexpr std::array kSides{Side::open, Side::slip, Side::periodic, Side::sticky, Side::separating};
 constexpr std::array kContactNames{"sticky"sv, "slip"sv, "separating"sv};
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
 constexpr int kFewestPeriodicCells = 4;
@@ -196,7 +197,8 @@ void Body::params(base::Params& p) {
 
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
-  p.table("shape", "where the solid stands", [&](base::Params& q) { shape.params(q); });
+  p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q); });
+  if (p.when(!meets_solids)) p("velocity", velocity, "m/s", "velocity of the solid, the same at all times");
   if (p.when(meets_solids)) {
     p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
     if (p.when(contact == Contact::separating)) p("friction", friction, "1", "Coulomb's coefficient of friction", base::at_least(0));
@@ -221,10 +223,12 @@ void Options::params(base::Params& p) {
   p("domain", domain, "m", "two opposite corners of the box that is simulated");
   p("cell", cell, "m", "edge of a grid cell", base::above(0));
   p.table("boundary", "the sides of the domain", [&](base::Params& q) {
-    const auto names = std::span<const std::string_view>(kSideNames).first(q.when(is_solid()) ? kSideNames.size() : 2);   // liquids slip
+    const bool fluid = q.when(!is_solid()), solid = q.when(is_solid());   // whoever describes sees both
+    const std::size_t first = fluid ? 0 : 1, count = (solid ? kSides.size() : 3) - first;
     for (int a = 0; a < 3; ++a)
       for (std::size_t side = 0; side < 2 && q.when(a < dimension); ++side)
-        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], names, "a wall (liquids slip along it), or one with the side across");
+        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], std::span(kSideNames).subspan(first, count), std::span<const Side>(kSides).subspan(first, count),
+                 "a wall (liquids slip along it), one with the side across, or open: liquids flow out into air");
     if (q.when(is_solid())) q("friction", wall_friction, "1", "Coulomb's coefficient of friction of separating sides", base::at_least(0));
   });
   p("particles_per_cell", particles_per_cell, "1", "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset",
@@ -246,7 +250,10 @@ void Options::params(base::Params& p) {
     p.choice("splitting", splitting, kSplittingNames,
              "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
     p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
-    p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none",
+    bool endless = true;
+    for (int a = 0; a < dimension; ++a) endless = endless && periodic(a);
+    if (endless) volume_correction = 0;
+    p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none, as when unset and all sides are periodic",
       base::within(0, 1));
   }
   p.choice("carry", carry, kCarryNames,
@@ -279,12 +286,20 @@ double most_particles(const Scene& scene) {
 
 }  // namespace
 
+Shape moved(Shape shape, const base::Vec3& by) {
+  if (shape.box) shape.box = base::Box{shape.box->lower + by, shape.box->upper + by};
+  if (shape.sphere) shape.sphere->center += by;
+  return shape;
+}
+
+Shape shape_at(double time, const Collider& collider, const Options& o) {
+  base::Vec3 by = time * collider.velocity;
+  for (int a = 0; a < o.dimension; ++a)
+    if (o.periodic(a)) by[a] = std::remainder(by[a], o.domain.size()[a]);
+  return moved(collider.shape, by);
+}
+
 std::vector<Shape> with_images(const Shape& shape, const Options& o) {
-  const auto moved = [](Shape image, const base::Vec3& by) {
-    if (image.box) image.box = base::Box{image.box->lower + by, image.box->upper + by};
-    if (image.sphere) image.sphere->center += by;
-    return image;
-  };
   std::vector<Shape> images{shape};
   for (int a = 0; a < o.dimension; ++a) {
     if (!o.periodic(a)) continue;
@@ -304,7 +319,7 @@ void Scene::params(base::Params& p) {
   Collider collider;
   body.is_solid = collider.meets_solids = options.is_solid();
   p.list("body", bodies, "material at the first frame", body);
-  p.list("collider", colliders, "solids that stand still", collider);
+  p.list("collider", colliders, "solids in the way", collider);
   p.list("effect", effects, "what acts; nothing acts unless it is named",
          options.dimension == 2 ? Effect{.acceleration = base::Vec3(0, -9.81, 0)} : Effect{});
 

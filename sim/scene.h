@@ -23,8 +23,8 @@ enum class Splitting { lie, reflection };
 /// How particles move in a step's field.
 enum class Advection { rk2, rk3 };
 enum class Precision { single_precision, double_precision };
-/// What is at a side of the domain: a wall, as a Contact, or the other side.
-enum class Side { slip, periodic, sticky, separating };
+/// What is at a side of the domain: a wall, as a Contact; the other side; or nothing, so that a liquid flows out into air.
+enum class Side { slip, periodic, open, sticky, separating };
 /// What a solid does at a wall or collider: sticks, slips without leaving it, or leaves it when pulled and rubs when pressed.
 enum class Contact { sticky, slip, separating };
 
@@ -63,10 +63,11 @@ struct Body {
   void params(base::Params&);
 };
 
-/// A solid that stands still; fluid slips along it.
+/// A solid; fluid slips along it.
 struct Collider {
   std::string name;
-  Shape shape;
+  Shape shape;                               // at the first frame
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s] for good; 0 where it meets solids
   Contact contact = Contact::separating;     // of solids; fluids slip
   double friction = 0;                       // [1] Coulomb's, of a separating contact
   bool meets_solids = false;                 // which keys it has: the scene's solver decides
@@ -111,6 +112,11 @@ struct Options {
 
 /// `options` with the transfer, modes and carry that a solid body has of its own.
 Options with_scheme_of(const Body&, Options options);
+
+/// A collider's shape after `time` [s]; one that has left through a periodic side is back at the other.
+Shape shape_at(double time, const Collider&, const Options&);
+
+Shape moved(Shape, const base::Vec3& by);   // [m]
 
 /// `shape` and, where it reaches across a periodic side of the domain, its images at the other side.
 std::vector<Shape> with_images(const Shape& shape, const Options&);

@@ -41,7 +41,7 @@ TEST(PeriodicLiquid, CarriesAUniformFlowForEver) {
         for (int a = 0; a < dimension; ++a) scene.options.boundary[std::size_t(a)] = kPeriodic;
         scene.options.kernel = kernel, scene.options.transfer = transfer;
         scene.options.precision = Precision::double_precision;
-        scene.options.volume_correction = 0;   // it would even out the jitter
+        scene.options.volume_correction = 0;   // as a shot has it that is periodic on all sides
         const auto simulation = make_simulation(scene, 4);
         base::Ledger ledger;
         const Frame before = simulation->frame();

@@ -53,6 +53,8 @@ inline std::vector<SmallShot> small_shots() {
       {"without_pictures", kTank.substr(0, kTank.find("[render]")), {}},
       {"without_walls", kTank, {everywhere}},
       {"ball_without_walls", kTank + kBall, {everywhere}},
+      {"open", kTank + kGravity, {"sim.boundary={x_lower=\"open\"}"}},
+      {"stirred", kTank + kGravity + kBall, {"collider.ball.velocity=[0.1,0,0]"}},
       {"rough", kTank, {"surface.smooth=0"}},
       {"swirls", kTank + kGravity, {"preview.color=vorticity", "preview.draw=surface"}},
       {"along_x", kTank, {"preview.color=velocity_x"}},

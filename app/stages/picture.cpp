@@ -46,6 +46,17 @@ void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& l
                                                         .seconds = spent.seconds(), .cpu_seconds = spent.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
 }
 
+bool PictureMaker::colliders_move() const {
+  const auto& all = shot_.scene.colliders;
+  return std::any_of(all.begin(), all.end(), [](const sim::Collider& c) { return !c.velocity.isZero(0); });
+}
+
+render::Setting PictureMaker::setting_at(std::int64_t frame) const {
+  render::Setting setting = shot_.render;
+  for (sim::Collider& c : setting.colliders) c.shape = sim::shape_at(static_cast<double>(frame - 1) / shot_.fps, c, shot_.scene.options);
+  return setting;
+}
+
 double PictureMaker::surface(std::int64_t frame) {
   const Stopwatch watch;
   base::Ledger ledger(plan_of(shot_, Stage::surface));
@@ -53,14 +64,14 @@ double PictureMaker::surface(std::int64_t frame) {
   const std::filesystem::path file = folder_.surface(frame);
   Folder::make_room_for(file);
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
-  for (const sim::Collider& collider : shot_.scene.colliders) room.solids.push_back(collider.shape);
+  for (const sim::Collider& collider : setting_at(frame).colliders) room.solids.push_back(collider.shape);
   surface::write_surface(file, points, shot_.surface, room, ledger);
   record(Stage::surface, frame, ledger, watch);
   return watch.seconds();
 }
 
 render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
-  if (!tracer_) tracer_ = std::make_unique<render::PathTracer>(shot_.render, threads_);
+  if (!tracer_ || colliders_move()) tracer_ = std::make_unique<render::PathTracer>(setting_at(frame), threads_);
   const surface::Mesh mesh = shot_.render.draws_surface() ? surface::read_surface(folder_.surface(frame), shot_.surface, ledger) : surface::Mesh{};
   const render::Grains grains = shot_.render.draws_grains() ? render::grains_of(surface::read_points(folder_.points(frame))) : render::Grains{};
   return tracer_->trace(mesh, grains, frame, ledger);
@@ -73,10 +84,10 @@ render::Image PictureMaker::draw(std::int64_t frame, base::Ledger& ledger) const
     if (!made || made->hash != hashes_.surface) base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
     const surface::Mesh mesh = surface::read_surface(folder_.surface(frame), shot_.surface, ledger);
     const auto pass = ledger.pass("draw", static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(base::Vec3f)));
-    return render::preview(shot_.render, points, mesh, caption(shot_, points), top_speed(shot_.scene));
+    return render::preview(setting_at(frame), points, mesh, caption(shot_, points), top_speed(shot_.scene));
   }
   const auto pass = ledger.pass("draw", static_cast<std::int64_t>(points.position.size() * 2 * sizeof(base::Vec3f)));
-  return render::preview(shot_.render, points, caption(shot_, points), top_speed(shot_.scene));
+  return render::preview(setting_at(frame), points, caption(shot_, points), top_speed(shot_.scene));
 }
 
 double PictureMaker::render(std::int64_t frame) {

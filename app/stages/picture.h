@@ -30,7 +30,10 @@ class PictureMaker {
   const Folder& folder_;
   StageHashes hashes_;
   int threads_;
-  std::unique_ptr<render::PathTracer> tracer_;   // built for the first frame that is rendered
+  /// What pictures depend on, with the colliders where they are at a frame.
+  render::Setting setting_at(std::int64_t frame) const;
+  bool colliders_move() const;
+  std::unique_ptr<render::PathTracer> tracer_;   // built for the first frame that is rendered; anew for each where colliders move
 };
 
 }  // namespace app

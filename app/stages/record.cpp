@@ -37,6 +37,7 @@ base::Vec3 vector(const Json& json) { return {json.at(0).get<double>(), json.at(
 
 // Counters that stand in the record alone.
 constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"pushed_out", &sim::Totals::pushed_out},
+                                                                            {"left", &sim::Totals::left},
                                                                             {"dropped_modes", &sim::Totals::dropped_modes},
                                                                             {"limited_modes", &sim::Totals::limited_modes},
                                                                             {"light_faces", &sim::Totals::light_faces},
@@ -64,6 +65,7 @@ void put_totals(const sim::Totals& totals, Json& out) {
   if (totals.elastic_energy) put("shortest_step", totals.shortest_step);
   else put("max_divergence", totals.max_divergence);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
+  if (totals.imbalance) put("imbalance", *totals.imbalance);
   out["state_hash"] = hex16(totals.state_hash);
 }
 
@@ -82,6 +84,7 @@ sim::Totals totals_from(const Json& json) {
   if (json.contains("elastic_energy")) totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
   else totals.max_divergence = json.at("max_divergence");
   if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
+  if (json.contains("imbalance")) totals.imbalance = json.at("imbalance").get<double>();
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
   for (const auto& [name, count] : kCounters) totals.*count = json.at(name);
   return totals;

@@ -31,15 +31,32 @@ void stop_at_wall(Real& velocity, Real outward) {
 
 template <int D>
 Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
-    : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid) {
-  for (const Collider& collider : scene.colliders)
-    for (const Shape& shape : with_images(continued_through_walls(collider.shape, scene.options), scene.options)) shapes.push_back(shape);
+    : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), colliders_(scene.colliders), options_(scene.options) {
+  for (std::size_t a = 0; a < std::size_t(D); ++a)
+    for (std::size_t side = 0; side < 2; ++side) open[a][side] = options_.boundary[a][side] == Side::open;
+  for (Collider& collider : colliders_) collider.shape = continued_through_walls(collider.shape, options_);
+  move_to(0);
+}
+
+template <int D>
+void Solids<D>::move_to(double time) {
+  time_ = time;
+  shapes.clear(), velocities.clear();
+  for (const Collider& collider : colliders_)
+    for (const Shape& shape : with_images(shape_at(time, collider, options_), options_)) shapes.push_back(shape), velocities.push_back(collider.velocity);
+}
+
+template <int D>
+double Solids<D>::speed() const {
+  double most = 0;
+  for (const Collider& collider : colliders_) most = std::max(most, collider.velocity.norm());
+  return most;
 }
 
 template <int D>
 bool Solids<D>::solid(const Cell<D>& place) const {
   const Cell<D> at = lattice.wrapped(place);
-  if (!lattice.inside(at)) return true;
+  if (behind_wall(at)) return true;
   base::Vec3 middle = origin;
   for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
   return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0; });
@@ -62,7 +79,7 @@ auto Solids<D>::solid_cells(const Cell<D>& block) const -> std::bitset<std::size
   }
   for (int local = 0; local < Lattice<D>::kCellsPerBlock; ++local) {
     const Cell<D> at = Lattice<D>::cell_in(block, local);
-    solid[std::size_t(local)] = !lattice.inside(at) || this->solid(at);
+    solid[std::size_t(local)] = this->solid(at);
   }
   return solid;
 }
@@ -79,21 +96,23 @@ double Solids<D>::push_out(Moving<D, Real>& particle) const {
       const Real low = Real(kSkin), high = 1 - Real(kSkin);
       const int last = lattice.cells[a] - 1;
       const double below = double(low) - site.cell[a] - double(site.offset[a]), above = site.cell[a] - last + double(site.offset[a]) - double(high);
-      if (below > 0) site.cell[a] = 0, site.offset[a] = low, pushed += below, stop_at_wall(particle.velocity[a], Real(1));
-      if (above > 0) site.cell[a] = last, site.offset[a] = high, pushed += above, stop_at_wall(particle.velocity[a], Real(-1));
+      const auto axis = std::size_t(a);
+      if (below > 0 && !open[axis][0]) site.cell[a] = 0, site.offset[a] = low, pushed += below, stop_at_wall(particle.velocity[a], Real(1));
+      if (above > 0 && !open[axis][1]) site.cell[a] = last, site.offset[a] = high, pushed += above, stop_at_wall(particle.velocity[a], Real(-1));
     }
   };
   keep_inside();
   // A second pass settles a particle that leaves one collider into another; what is still inside then is the next step's.
   for (int pass = 0; pass < 2; ++pass)
-    for (const Shape& shape : shapes) {
+    for (std::size_t s = 0; s < shapes.size(); ++s) {
       base::Vec3 at = origin, normal;
       for (int a = 0; a < D; ++a) at[a] += (double(site.cell[a]) + double(site.offset[a])) * cell;
-      const double depth = kSkin * cell - shape.distance(at, &normal);
+      const double depth = kSkin * cell - shapes[s].distance(at, &normal);
       if (depth <= 0) continue;
       Vec<D, Real> outward;
       for (int a = 0; a < D; ++a) outward[a] = Real(normal[a]);
-      particle.velocity -= std::min(Real(0), particle.velocity.dot(outward)) * outward;
+      const auto solid = Real(velocities[s].dot(normal));
+      particle.velocity -= std::min(Real(0), particle.velocity.dot(outward) - solid) * outward;
       site.move(outward * Real(depth / cell));
       pushed += depth / cell;
       keep_inside();

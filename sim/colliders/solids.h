@@ -1,6 +1,7 @@
 #pragma once
-// The solids of a scene: the walls of the domain and the colliders that stand in it. A cell is solid when its middle is inside;
-// particles are kept out of the shapes themselves. Periodic sides are no walls. Nothing is stored by cell: whoever asks, asks the shapes.
+// The solids of a scene: the walls of the domain and the colliders in it, which may move. A cell is solid when its middle is inside;
+// particles are kept out of the shapes themselves. Periodic and open sides are no walls. Nothing is stored by cell: whoever asks, asks the
+// shapes.
 #include <bitset>
 #include <vector>
 
@@ -18,29 +19,49 @@ struct Moving {
 
 template <int D>
 struct Solids {
-  std::vector<Shape> shapes;          // world metres; images across periodic sides included
+  std::vector<Shape> shapes;          // world metres, where they are now; images across periodic sides included
+  std::vector<base::Vec3> velocities; // [m/s] of each
   base::Vec3 origin;                  // [m] lower corner of the domain
   double cell = 1;                    // [m]
   Lattice<D> lattice;
+  std::array<std::array<bool, 2>, std::size_t(D)> open{};   // sides that nothing closes, by axis
 
+  /// As they are at t = 0.
   Solids(const Scene&, const Lattice<D>&);
 
+  /// To where the colliders are at a time [s].
+  void move_to(double time);
+  double time() const { return time_; }
+  /// Of the fastest collider [m/s]; 0 when none moves.
+  double speed() const;
+
+  /// Outside the domain, and not straight out of an open side.
+  bool behind_wall(const Cell<D>& at) const {
+    for (std::size_t a = 0; a < std::size_t(D); ++a)
+      if ((at[a] < 0 && !open[a][0]) || (at[a] >= lattice.cells[a] && !open[a][1])) return true;
+    return false;
+  }
   /// Inside a solid or behind a wall; of an image what its cell is.
   bool solid(const Cell<D>&) const;
   /// The same for all cells of a block. Shapes that are farther from its middle than its corners, or hold all of it, are asked once.
   std::bitset<std::size_t(Lattice<D>::kCellsPerBlock)> solid_cells(const Cell<D>& block) const;
 
-  /// Whether there is anything to be kept out of: a collider or a wall.
+  /// Whether there is anything to be kept out of, or to leave through: a collider or a side that is not periodic.
   bool any() const {
     for (int a = 0; a < D; ++a)
       if (!lattice.periodic[std::size_t(a)]) return true;
     return !shapes.empty();
   }
 
-  /// Moves a particle to the nearest place outside all solids and inside the domain, across periodic sides where it left through one;
-  /// what its velocity had towards a solid that it was pushed out of is lost. Returns how far it was pushed [cells].
+  /// Moves a particle to the nearest place outside all solids and within the walls, across periodic sides where it left through one;
+  /// what its velocity had towards a solid that it was pushed out of, beyond the solid's own, is lost. Returns how far it was pushed [cells].
   template <class Real>
   double push_out(Moving<D, Real>&) const;
+
+ private:
+  std::vector<Collider> colliders_;   // at t = 0, continued through the walls that they stand on
+  Options options_;
+  double time_ = 0;                   // [s]
 };
 
 }  // namespace sim

@@ -105,6 +105,29 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
   }, [](const Contacts& a, const Contacts& b) { return Contacts{a.pushed_out + b.pushed_out, a.dropped_modes + b.dropped_modes}; });
 }
 
+template <int D, class Real>
+std::int64_t remove_outside(const Lattice<D>& lattice, Particles<D, Real>& particles, Departure<D, Real>& departure) {
+  std::size_t to = 0;
+  const std::size_t all = particles.size(), row = particles.row();
+  while (to < all && lattice.inside(particles.cell[to])) ++to;
+  if (to == all) return 0;
+  particles.settle();
+  for (std::size_t p = to; p < all; ++p) {
+    if (!lattice.inside(particles.cell[p])) continue;
+    particles.cell[to] = particles.cell[p], particles.offset[to] = particles.offset[p], particles.id[to] = particles.id[p];
+    std::copy_n(&particles.coefficients[p * row], row, &particles.coefficients[to * row]);
+    if (!departure.cell.empty()) departure.cell[to] = departure.cell[p], departure.offset[to] = departure.offset[p];
+    ++to;
+  }
+  particles.resize(to);
+  if (!departure.cell.empty()) departure.cell.resize(to), departure.offset.resize(to);
+  return std::int64_t(all - to);
+}
+
+template std::int64_t remove_outside(const Lattice<2>&, Particles<2, float>&, Departure<2, float>&);
+template std::int64_t remove_outside(const Lattice<2>&, Particles<2, double>&, Departure<2, double>&);
+template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, Departure<3, float>&);
+template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
 template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      Particles<2, float>&);
 template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, Particles<2, float>&);

@@ -25,4 +25,9 @@ struct Contacts {
 template <int D, class Real>
 Contacts push_out(const Solids<D>&, const std::vector<ModeIndex<D>>& modes, Particles<D, Real>&);
 
+/// Removes particles that are outside the domain, as they are after an open side, and what `departure` (which may be empty) knows of them.
+/// Returns how many. The others keep their order.
+template <int D, class Real>
+std::int64_t remove_outside(const Lattice<D>&, Particles<D, Real>&, Departure<D, Real>& departure);
+
 }  // namespace sim

@@ -26,9 +26,12 @@ Lattice<D> make_lattice(const Options& o) {
   return Lattice<D>(cells, periodic);
 }
 
-/// A particle in every cell that is not solid: there is no air, and an incompressible liquid never gets any. Ends at the first cell without.
+/// A particle in every cell that is not solid, and no open side: there is no air, and an incompressible liquid never gets any. Ends at the
+/// first cell without.
 template <int D, class Real>
 bool fills_the_domain(const Particles<D, Real>& particles, const Solids<D>& solids) {
+  for (const auto& sides : solids.open)
+    if (sides[0] || sides[1]) return false;
   const Lattice<D>& lattice = solids.lattice;
   std::vector<std::int64_t> keys;
   for (const Cell<D>& cell : particles.cell)
@@ -65,6 +68,7 @@ class Liquid final : public Simulation {
       left -= step(left, ledger);
     }
     ++frame_;
+    solids_.move_to(time());
     return true;
   }
 
@@ -76,23 +80,31 @@ class Liquid final : public Simulation {
  private:
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
 
+  double time() const { return double(frame_ - 1) / fps_; }   // [s] of the frame
+  /// [J] what moving solids did in the last projection.
+  double solid_work() const { return particles_.mass * double(options_.particles_per_cell) * step_.solid_work(); }
+
   /// One step of at most `left` [s]; returns its length.
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects();
+    const double start = time() + (1 / fps_ - left);
     step_.scatter(particles_, ledger);
     double dt = first_guess(left);
     if (reflects) {
       const double half = project(dt / 2, ledger);
+      watch_.add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half), particles_, ledger);
+      solids_.move_to(start + half);
       step_.move(half, particles_, ledger);
       step_.scatter(particles_, ledger);
       const double rest = project(dt / 2 < half ? dt / 2 : half, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
-      finish(rest, ledger);
+      finish(rest, start + dt, ledger);
     } else {
       dt = project(dt, ledger);
-      finish(dt, ledger);
+      finish(dt, start + dt, ledger);
     }
+    watch_.add_work(solid_work());
     ++substeps_;
     if (options_.splitting == Splitting::reflection) {
       watch_.see(energy());
@@ -101,12 +113,14 @@ class Liquid final : public Simulation {
     return dt >= left ? left : dt;
   }
 
-  /// The last projection's field to the particles, and their motion.
-  void finish(double dt, base::Ledger& ledger) {
-    if (step_.has_surface()) drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
+  /// The last projection's field to the particles, and their motion, which ends at `end` [s].
+  void finish(double dt, double end, base::Ledger& ledger) {
+    drift_.reset();
+    if (step_.has_surface() && particles_.size() > 0) drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
     if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0)
       step_.correct_volume(1 - std::pow(1 - options_.volume_correction, kStepsACorrection), ledger);
     step_.gather(gather_rule(dt), particles_, ledger);
+    solids_.move_to(end);
     step_.move(dt, particles_, ledger);
   }
 
@@ -135,7 +149,7 @@ class Liquid final : public Simulation {
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
   double first_guess(double left) const {
-    return longest_step(max_speed(), gravity_.norm(), options_.cfl * options_.cell, left);
+    return longest_step(std::max(max_speed(), solids_.speed()), gravity_.norm(), options_.cfl * options_.cell, left);
   }
 
   GatherRule gather_rule(double dt) const {
@@ -174,13 +188,17 @@ template <int D, class Real>
 Frame Liquid<D, Real>::frame() const {
   Frame f;
   f.number = frame_;
-  f.time = double(frame_ - 1) / fps_;
+  f.time = time();
   f.pscale = D == 2 ? std::sqrt(particle_volume_ / M_PI) : std::cbrt(3 * particle_volume_ / (4 * M_PI));
   const std::size_t n = particles_.size();
   f.position.resize(n), f.velocity.resize(n), f.id.resize(n);
+  std::vector<std::size_t> order(n);   // particles by ascending id
+  const bool all = n == 0 || *std::max_element(particles_.id.begin(), particles_.id.end()) == std::int64_t(n) - 1;
+  for (std::size_t p = 0; p < n; ++p) order[all ? std::size_t(particles_.id[p]) : p] = p;
+  if (!all) std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return particles_.id[a] < particles_.id[b]; });
   base::parallel_chunks(n, 16384, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const auto to = std::size_t(particles_.id[p]);   // ids count from 0 without gaps
+    for (std::size_t to = begin; to < end; ++to) {
+      const std::size_t p = order[to];
       base::Vec3 x = options_.domain.lower;
       x.head<D>() += options_.cell * particles_.place(p);
       base::Vec3f v = base::Vec3f::Zero();
@@ -199,6 +217,8 @@ Totals Liquid<D, Real>::totals() const {
   const StepCounts& counts = step_.counts();
   t.substeps = substeps_;
   t.pushed_out = counts.pushed_out;
+  t.left = counts.left;
+  t.imbalance = counts.imbalance;
   t.dropped_modes = counts.dropped_modes;
   t.limited_modes = counts.limited_modes;
   t.light_faces = counts.light_faces;
@@ -208,7 +228,7 @@ Totals Liquid<D, Real>::totals() const {
   t.volume_drift = drift_;
   t.max_divergence = counts.max_divergence;
   const std::size_t n = particles_.size();
-  t.time = double(frame_ - 1) / fps_;
+  t.time = time();
   t.particles = std::int64_t(n);
   t.mass = particles_.mass * double(n);
   t.volume = particle_volume_ * double(n);
@@ -241,7 +261,7 @@ State Liquid<D, Real>::state() const {
   s.frame = frame_;
   add_particles(particles_, s);
   if (options_.splitting == Splitting::reflection)
-    s.columns.push_back(make_column<double>("energy_watch", std::vector<std::array<double, 3>>{watch_.state()}, 3));
+    s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;
 }
 
@@ -251,13 +271,14 @@ void Liquid<D, Real>::restore(const State& s) {
   Particles<D, Real> p;
   p.modes = particles_.modes, p.mass = particles_.mass;
   const std::int64_t n = id ? id->rows : 0;
-  std::vector<std::array<double, 3>> watch;
-  const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 3, watch);
+  std::vector<EnergyWatch::State> watch;
+  const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 4, watch);
   const bool fits = watched && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
   frame_ = s.frame;
+  solids_.move_to(time());
   step_.clear_counts();
   substeps_ = 0, splitting_fallbacks_ = 0;
   drift_.reset();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/parallel.h"
@@ -37,10 +38,11 @@ class Cutter {
     base::Vec3 middle = solids.origin;
     for (int a = 0; a < D; ++a) middle[a] += (first_[a] + half) * solids.cell;
     for (const Shape& shape : solids.shapes)
-      if (shape.distance(middle) <= half * std::sqrt(double(D)) * solids.cell) near_.push_back(&shape);
+      if (shape.distance(middle) <= half * std::sqrt(double(D)) * solids.cell) near_.push_back(std::size_t(&shape - solids.shapes.data()));
     const Lattice<D>& lattice = solids.lattice;
     for (int a = 0; a < D; ++a)
-      touches_wall_ = touches_wall_ || (!lattice.periodic[a] && (first_[a] <= 0 || first_[a] + Lattice<D>::kBlock > lattice.cells[a]));
+      touches_wall_ = touches_wall_ || (!lattice.periodic[a] && ((first_[a] <= 0 && !solids.open[std::size_t(a)][0]) ||
+                                                                 (first_[a] + Lattice<D>::kBlock > lattice.cells[a] && !solids.open[std::size_t(a)][1])));
   }
   bool touches_solid() const { return touches_wall_ || !near_.empty(); }
 
@@ -49,11 +51,22 @@ class Cutter {
     Cell<D> place;
     for (int a = 0; a < D; ++a) {
       place[a] = first_[a] + at[a];
-      if (!solids_.lattice.periodic[a] && (place[a] < (a == axis) || place[a] >= solids_.lattice.cells[a])) return 0;
+      const auto& open = solids_.open[std::size_t(a)];
+      if (!solids_.lattice.periodic[a] && ((place[a] < (a == axis) && !open[0]) || (place[a] >= solids_.lattice.cells[a] && !open[1]))) return 0;
     }
     if (near_.empty()) return 1;
     const double open = cut(place, axis);
     return open < kLeastOpening ? 0 : open;
+  }
+  /// Along the axis, of the collider that is nearest to a face's middle [m/s].
+  double solid_speed(int local, int axis) const {
+    base::Vec3 at = solids_.origin;
+    const Cell<D> place = Lattice<D>::cell_in(Cell<D>{}, local);
+    for (int a = 0; a < D; ++a) at[a] += (first_[a] + place[a] + (a == axis ? 0 : 0.5)) * solids_.cell;
+    double least = std::numeric_limits<double>::infinity(), speed = 0;
+    for (const std::size_t s : near_)
+      if (const double far = solids_.shapes[s].distance(at); far < least) least = far, speed = solids_.velocities[s][axis];
+    return speed;
   }
 
  private:
@@ -62,7 +75,7 @@ class Cutter {
     base::Vec3 at = solids_.origin;
     for (int a = 0; a < D; ++a) at[a] += (place[a] + 0.5 * halves[std::size_t(a)]) * solids_.cell;
     double least = 1e9;
-    for (const Shape* shape : near_) least = std::min(least, shape->distance(at) / solids_.cell);
+    for (const std::size_t s : near_) least = std::min(least, solids_.shapes[s].distance(at) / solids_.cell);
     return std::abs(least) < kOnSurface ? 0 : least;
   }
   double cut(const Cell<D>& place, int axis) const {
@@ -90,7 +103,7 @@ class Cutter {
 
   const Solids<D>& solids_;
   Cell<D> first_;
-  std::vector<const Shape*> near_;
+  std::vector<std::size_t> near_;   // places in Solids::shapes
   bool touches_wall_ = false;
 };
 
@@ -98,7 +111,12 @@ class Cutter {
 
 template <int D>
 void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks) {
+  const bool moves = solids.speed() > 0;
+  if (moves && solids.time() != time_) keys_.clear(), pushed_.clear();
   if (keys_ == blocks.keys()) return;
+  time_ = solids.time();
+  std::vector<Fractions> before_pushed = std::move(pushed_);
+  pushed_.clear();
   std::vector<Fractions> before = std::move(fractions_);
   std::vector<std::int32_t> part(blocks.count(), kNew);
   std::vector<std::size_t> changed;
@@ -112,9 +130,10 @@ void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks
       if (part_[old] < 0) continue;
       part[slot] = std::int32_t(fractions_.size());
       fractions_.push_back(before[std::size_t(part_[old])]);
+      if (moves) pushed_.push_back(before_pushed[std::size_t(part_[old])]);
     }
   }
-  std::vector<Fractions> made(changed.size());
+  std::vector<Fractions> made(changed.size()), made_pushed(moves ? changed.size() : 0);
   std::vector<std::uint8_t> is_open(changed.size());
   base::parallel_chunks(changed.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
@@ -126,13 +145,16 @@ void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks
             const auto w = float(cutter.fraction(local, a));
             made[n][std::size_t(a)][std::size_t(local)] = w;
             open = open && w == 1;
+            if (moves) made_pushed[n][std::size_t(a)][std::size_t(local)] = w < 1 ? float((1 - double(w)) * cutter.solid_speed(local, a)) : 0;
           }
       is_open[n] = open;
     }
   });
   for (std::size_t n = 0; n < changed.size(); ++n) {
     part[changed[n]] = is_open[n] ? kOpen : std::int32_t(fractions_.size());
-    if (!is_open[n]) fractions_.push_back(made[n]);
+    if (is_open[n]) continue;
+    fractions_.push_back(made[n]);
+    if (moves) pushed_.push_back(made_pushed[n]);
   }
   part_ = std::move(part);
   keys_ = blocks.keys();

@@ -9,20 +9,28 @@
 
 namespace sim {
 
-/// Open fractions [1] of the lower faces of all places of the active blocks. Blocks that no solid touches store nothing. A collider's
-/// distances at a face's corners and middle are taken as linear between them [Batty07]; less than kLeastOpening counts as closed.
+/// Open fractions [1] of the lower faces of all places of the active blocks, and what a moving collider pushes through the rest. Blocks that
+/// no solid touches store nothing. A collider's distances at a face's corners and middle are taken as linear between them [Batty07]; less
+/// than kLeastOpening counts as closed.
 template <int D>
 class OpenFaces {
  public:
   using Fractions = std::array<std::array<float, std::size_t(Lattice<D>::kCellsPerBlock)>, std::size_t(D)>;
 
-  /// For the blocks as they are now. Fractions of blocks that were there before are kept: solids stand still.
+  /// For the blocks and solids as they are now. Fractions of blocks that were there before are kept where no solid moves.
   void update(const Solids<D>&, const ActiveBlocks<D>&);
 
   float operator()(int axis, std::size_t index) const {
     const std::int32_t part = part_[index / kPerBlock];
     return part < 0 ? 1.0f : fractions_[std::size_t(part)][std::size_t(axis)][index % kPerBlock];
   }
+  /// What a collider that covers the rest of the face moves through it: the covered fraction times its speed along the axis [m/s].
+  double pushed(int axis, std::size_t index) const {
+    const std::int32_t part = pushed_.empty() ? kOpen : part_[index / kPerBlock];
+    return part < 0 ? 0.0 : double(pushed_[std::size_t(part)][std::size_t(axis)][index % kPerBlock]);
+  }
+  /// Whether any collider moves.
+  bool pushes() const { return !pushed_.empty(); }
   /// Whether all lower faces of a block's places are open.
   bool is_open(std::size_t slot) const { return part_[slot] < 0; }
 
@@ -31,7 +39,8 @@ class OpenFaces {
   static constexpr std::int32_t kOpen = -1, kNew = -2;
   std::vector<std::int64_t> keys_;
   std::vector<std::int32_t> part_;      // of each slot, or kOpen
-  std::vector<Fractions> fractions_;
+  std::vector<Fractions> fractions_, pushed_;   // pushed_: empty where no solid moves
+  double time_ = 0;                             // [s] of the solids
 };
 
 inline constexpr double kLeastOpening = 0.01;

@@ -83,10 +83,11 @@ class TileEquations {
         for (int l = 0; l < T::kEdge; ++l) {
           const CellKind kind = kind_[std::size_t(P::at(p, r, l))];
           const std::array<int, 3> local{p, r, l};
-          bool inside = true;
-          for (int a = 0; a < D; ++a) inside = inside && tile[a] * T::kEdge + local[std::size_t(a + 3 - D)] < lattice.cells[a];
+          bool there = true;   // not beyond a wall
+          for (int a = 0; a < D; ++a)
+            there = there && (tile[a] * T::kEdge + local[std::size_t(a + 3 - D)] < lattice.cells[a] || cells_.open_sides[std::size_t(a)][1]);
           const auto i = std::size_t(T::cell(p, r, l));
-          to.kind[i] = !inside || kind == CellKind::solid ? PoissonCell::solid : kind == CellKind::liquid ? PoissonCell::unknown : PoissonCell::air;
+          to.kind[i] = !there || kind == CellKind::solid ? PoissonCell::solid : kind == CellKind::liquid ? PoissonCell::unknown : PoissonCell::air;
           to.extra[i] = 0;
           to.rhs[i] = source_ && kind == CellKind::liquid ? double((*source_)[std::size_t(places_.index[std::size_t(P::at(p, r, l))])]) : 0;
         }
@@ -110,8 +111,10 @@ class TileEquations {
           float w = 0;
           if (face >= 0 && over != CellKind::solid && under != CellKind::solid) w = cells_.open(axis, std::size_t(face));
           to.face[axis][std::size_t(T::template face<axis>(p, r, l))] = w;
-          if (w == 0 || (over != CellKind::liquid && under != CellKind::liquid)) continue;
-          const double flow = double(w) * double(velocity_[axis][std::size_t(face)]);
+          if (face < 0 || (over != CellKind::liquid && under != CellKind::liquid)) continue;
+          const double pushed = source_ ? 0 : cells_.open.pushed(axis, std::size_t(face));
+          if (w == 0 && pushed == 0) continue;
+          const double flow = double(w) * double(velocity_[axis][std::size_t(face)]) + pushed;
           const bool has_over = is_plane ? p < T::kEdge : is_row ? r < T::kEdge : l < T::kEdge;
           const bool has_under = is_plane ? p > 0 : is_row ? r > 0 : l > 0;
           if (has_over && over == CellKind::liquid) {
@@ -158,11 +161,17 @@ std::vector<Cell<D>> tiles_with_liquid(const std::vector<CellKind>& kind, const 
 
 /// Air, where the tile has any or is not active; beyond walls solid.
 template <int D>
-PoissonCell tile_without_liquid(const Cell<D>& tile, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+PoissonCell tile_without_liquid(const Cell<D>& tile, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   const Lattice<D>& lattice = blocks.lattice();
-  for (int a = 0; a < D; ++a)
-    if (tile[a] < 0 || tile[a] * Tile<D>::kEdge >= lattice.cells[a]) return PoissonCell::solid;
+  const std::vector<CellKind>& kind = cells.kind;
+  bool outside = false;
+  for (std::size_t a = 0; a < std::size_t(D); ++a) {
+    const bool below = tile[a] < 0, above = tile[a] * Tile<D>::kEdge >= lattice.cells[a];
+    if ((below && !cells.open_sides[a][0]) || (above && !cells.open_sides[a][1])) return PoissonCell::solid;
+    outside = outside || below || above;
+  }
+  if (outside) return PoissonCell::air;
   constexpr int n = kBlocksPerTile<D>;
   bool active = false;
   for (int b = 0; b < (D == 3 ? n * n * n : n * n); ++b) {
@@ -181,9 +190,9 @@ PoissonCell tile_without_liquid(const Cell<D>& tile, const std::vector<CellKind>
   return active ? PoissonCell::solid : PoissonCell::air;
 }
 
-/// Closed faces get the solid's velocity, 0. A face is valid when liquid touches it.
+/// Closed faces get the solid's velocity, or 0 where nothing moves. A face is valid when liquid touches it.
 template <int D, class Real>
-void hold_solids(FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
+void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   for (int a = 0; a < D; ++a) {
     valid[a].resize(blocks.size());
@@ -191,7 +200,7 @@ void hold_solids(FaceField<D, Real>& v, const LiquidCells<D>& cells, const Activ
       for (std::size_t slot = begin; slot < end; ++slot) {
         const bool free = cells.open.is_open(slot);
         for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
-          if (!free && cells.open(a, i) == 0) v[a][i] = 0;
+          if (!free && cells.open(a, i) == 0) v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);
           valid[a][i] = cells.kind[i] == CellKind::liquid || kind_of(cells.kind, blocks.neighbour(i, a, 0)) == CellKind::liquid;
         }
       }
@@ -241,13 +250,30 @@ double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells,
       double out = 0;
       for (int a = 0; a < D; ++a) {
         const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
-        out -= double(cells.open(a, i)) * double(v[a][i]);
-        if (above >= 0) out += double(cells.open(a, std::size_t(above))) * double(v[a][std::size_t(above)]);
+        out -= double(cells.open(a, i)) * double(v[a][i]) + cells.open.pushed(a, i);
+        if (above >= 0) out += double(cells.open(a, std::size_t(above))) * double(v[a][std::size_t(above)]) + cells.open.pushed(a, std::size_t(above));
       }
       most = std::max(most, std::abs(out));
     }
     return most;
   }, [](double s, double t) { return std::max(s, t); });
+}
+
+/// Pressure times what moving solids push into each liquid cell.
+template <int D>
+double work_of_solids(const LiquidCells<D>& cells, const std::vector<double>& p, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, 0.0, [&](std::size_t begin, std::size_t end) {
+    double work = 0;
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (cells.kind[i] != CellKind::liquid) continue;
+      for (int a = 0; a < D; ++a) {
+        const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
+        work += p[i] * (cells.open.pushed(a, i) - (above >= 0 ? cells.open.pushed(a, std::size_t(above)) : 0));
+      }
+    }
+    return work;
+  }, [](double s, double t) { return s + t; });
 }
 
 }  // namespace
@@ -300,13 +326,13 @@ template <class Real>
 PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vector<float>* source, const LiquidCells<D>& cells,
                                     const ActiveBlocks<D>& blocks, double tolerance, FaceMask<D>& valid) {
   using T = Tile<D>;
-  hold_solids<D, Real>(velocity, cells, blocks, valid);
+  hold_solids<D, Real>(velocity, /*moves=*/!source, cells, blocks, valid);
   PoissonProblem<D> problem;
   problem.cells = blocks.lattice().cells, problem.periodic = blocks.lattice().periodic;
   problem.tiles = tiles_with_liquid<D>(cells.kind, blocks);
   PressureReport report;
   if (problem.tiles.empty()) return report;
-  problem.elsewhere = [&](const Cell<D>& tile) { return tile_without_liquid<D>(tile, cells.kind, blocks); };
+  problem.elsewhere = [&](const Cell<D>& tile) { return tile_without_liquid<D>(tile, cells, blocks); };
   problem.fill = [&](const Cell<D>& tile, PoissonTile<D>& to) { TileEquations<D, Real>(velocity, source, cells, blocks).fill(tile, to); };
 
   const PoissonReport solved = solver_.solve(problem, tolerance);
@@ -342,6 +368,7 @@ PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vec
     }
   });
   subtract_gradient<D, Real>(velocity, cells, pressure_, blocks);
+  if (!source && cells.open.pushes()) report.solid_work = work_of_solids<D>(cells, pressure_, blocks);
   return report;
 }
 

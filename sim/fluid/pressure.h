@@ -21,6 +21,7 @@ struct PressureReport {
   std::int64_t closed_pockets = 0;   // components of liquid that touch no air
   double imbalance = 0;              // [m/s] largest mean net inflow into a cell of a pocket, which no pressure can balance
   bool fell_back = false;            // to incomplete Cholesky
+  double solid_work = 0;             // [m^2/s^2 cells] that moving solids do on the liquid: times density and a cell's volume [J]
 };
 
 template <int D>

@@ -19,7 +19,9 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
 template <int D, class Real>
 FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface)
     : options_(options), solids_(solids), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
-      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {}
+      free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {
+  cells_.open_sides = solids.open;
+}
 
 template <int D, class Real>
 int FluidStep<D, Real>::layers() const {
@@ -80,6 +82,8 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
   counts_.pressure_fallbacks += report.fell_back;
   pass.count(report.bytes);
   counts_.max_divergence = report.max_divergence / options_.cell;
+  if (report.closed_pockets > 0) counts_.imbalance = std::max(counts_.imbalance.value_or(0), report.imbalance / options_.cell);
+  solid_work_ = report.solid_work;
   double fastest = 0;
   for (int a = 0; a < D; ++a)
     for (std::size_t i = 0; i < blocks_.size(); ++i)
@@ -141,6 +145,7 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     const Contacts contacts = push_out<D, Real>(solids_, transfer_.modes(), particles);
     counts_.pushed_out += contacts.pushed_out;
     counts_.dropped_modes += contacts.dropped_modes;
+    counts_.left += remove_outside(solids_.lattice, particles, departure_);
   }
   if (!limits) return;
   const auto pass = ledger.pass("carry", 2 * bytes_of(particles));

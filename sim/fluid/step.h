@@ -8,6 +8,7 @@
 //
 // Whoever wants motion first (the field of the last projection moves the particles) begins with `move`.
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/ledger.h"
@@ -18,14 +19,16 @@ namespace sim {
 
 /// What steps have counted since they were asked last.
 struct StepCounts {
-  std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_faces = 0, pressure_iterations = 0, pressure_fallbacks = 0;   // as in Totals
+  std::int64_t pushed_out = 0, left = 0, dropped_modes = 0, limited_modes = 0, light_faces = 0, pressure_iterations = 0, pressure_fallbacks = 0;   // as in Totals
+  std::optional<double> imbalance;    // likewise
   double max_divergence = 0;          // [1/s] left by the last projection
 };
 
 template <int D, class Real>
 class FluidStep {
  public:
-  /// Without a free surface every cell that is not solid is liquid, whether a particle is in it or not. `solids` must outlive the step.
+  /// Without a free surface every cell that is not solid is liquid, whether a particle is in it or not. `solids` must outlive the step; where
+  /// they are is asked in `scatter`, and again in `move`, when they should be where that motion ends.
   FluidStep(const Options&, const Solids<D>& solids, bool free_surface);
 
   void scatter(Particles<D, Real>&, base::Ledger&);
@@ -35,12 +38,15 @@ class FluidStep {
   void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   /// G2P of the field reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
   void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
-  /// Motion; and, where `correct_volume` found a displacement since `scatter`, a shift by it, which changes place but not the flow.
+  /// Motion: whoever is then outside an open side is gone. And, where `correct_volume` found a displacement since `scatter`, a shift by it, which changes place but not the flow.
   void move(double dt, Particles<D, Real>&, base::Ledger&);
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   double volume() const { return liquid_volume<D>(cells_, blocks_); }
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than it was seeded.
   void correct_volume(double gain, base::Ledger&);
+
+  /// What moving solids did on the liquid in the last projection [J], per mass of a cell full of liquid.
+  double solid_work() const { return solid_work_; }
 
   /// The field of the last projection [m/s], on `blocks`; after `gather` reaching into the air.
   const FaceField<D, Real>& velocity() const { return grid_.velocity; }
@@ -76,6 +82,7 @@ class FluidStep {
   FaceField<D, Real> displacement_;   // [cells] of the volume correction
   FaceMask<D> displaced_;
   bool displaces_ = false;
+  double solid_work_ = 0;
   StepCounts counts_;
 };
 

@@ -20,6 +20,7 @@ struct LiquidCells {
   std::vector<CellKind> kind;
   std::vector<float> distance;       // [cells] as of surface_distance
   OpenFaces<D> open;
+  std::array<std::array<bool, 2>, std::size_t(D)> open_sides{};   // of the domain: beyond them is air
 };
 
 /// Particles of every cell over `full` [1].
