@@ -113,7 +113,7 @@ TEST_F(BadShot, IsToldWhichSidesAndTransfersDoNotGoTogether) {
      "x.toml:5:24: sim.boundary.x_lower = \"periodic\": needs sim.boundary.x_upper = \"periodic\" too"},
     {"[sim]\nboundary = { y_upper = \"periodic\" }\n",
      "x.toml:5:24: sim.boundary.y_upper = \"periodic\": needs sim.boundary.y_lower = \"periodic\" too"},
-    {"[sim]\nboundary = { x_lower = \"gone\" }\n", "x.toml:5:24: sim.boundary.x_lower = \"gone\": must be \"slip\", \"periodic\" or \"open\""},
+    {"[sim]\nboundary = { x_lower = \"gone\" }\n", "x.toml:5:24: sim.boundary.x_lower = \"gone\": must be \"open\", \"slip\" or \"periodic\""},
     {"[sim]\nboundary = \"periodic\"\n", "x.toml:5:12: sim.boundary = \"periodic\": must be a table"},
     {"[sim]\ncell = 0.5\nboundary = { x_lower = \"periodic\", x_upper = \"periodic\" }\n",
      "x.toml:6:24: sim.boundary.x_lower = \"periodic\": needs at least 4 cells between the two sides; there are 2"},

@@ -16,7 +16,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SUITES = "identities supplement brute_force conservation carry symmetry".split()
+SUITES = [f"transfer_{name}" for name in "identities supplement brute_force conservation carry symmetry".split()]
 BASIS, CARRY, MODES, BODIES, MAC, ORDER, PARTICLES, TENSOR, LATTICE = (
     f"sim/transfer/{name}" for name in "basis.h carry.h modes.cpp grid_transfer_bodies.h mac_transfer.h order.cpp particles.h tensor.h lattice.h".split())
 
@@ -91,7 +91,7 @@ std::array<Real, 3> planted_g(const Real& x, const Real& printed) {
 
 
 def give_up(message):
-    sys.exit(f"transfer_faults: {message}")
+    sys.exit(f"{pathlib.Path(sys.argv[0]).stem}: {message}")
 
 
 def numbered(text, own):
@@ -122,13 +122,13 @@ def plant(copy):
 def build(copy, folder):
     run = lambda *words: subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     run("cmake", "-S", str(copy), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release")
-    run("cmake", "--build", str(folder), "--parallel", str(min(2, os.cpu_count() or 1)), "--target", *(f"test_transfer_{s}" for s in SUITES))
+    run("cmake", "--build", str(folder), "--parallel", str(min(2, os.cpu_count() or 1)), "--target", *(f"test_{s}" for s in SUITES))
 
 
 def tests_of(folder, suite):
     """Names of the tests of a suite."""
     names, group = [], ""
-    for line in subprocess.run([folder / f"tests/test_transfer_{suite}", "--gtest_list_tests"], capture_output=True, text=True, check=True).stdout.splitlines():
+    for line in subprocess.run([folder / f"tests/test_{suite}", "--gtest_list_tests"], capture_output=True, text=True, check=True).stdout.splitlines():
         if line.startswith("  "):
             names.append(group + line.split()[0])
         elif line.endswith("."):
@@ -141,7 +141,7 @@ def failing(folder, suite, fault):
     environment = dict(os.environ, POLYPIC_FAULT=str(fault))
     failed, ended = set(), []
     while True:
-        words = [folder / f"tests/test_transfer_{suite}", "--gtest_filter=*" + ("-" + ":".join(ended) if ended else "")]
+        words = [folder / f"tests/test_{suite}", "--gtest_filter=*" + ("-" + ":".join(ended) if ended else "")]
         result = subprocess.run(words, capture_output=True, text=True, env=environment, errors="replace")
         started = re.findall(r"^\[ RUN      \] (\S+)", result.stdout, re.M)
         failed |= set(re.findall(r"^\[  FAILED  \] (\S+) \(\d+ ms\)", result.stdout, re.M))

@@ -116,9 +116,17 @@ class Liquid final : public Simulation {
   /// The last projection's field to the particles, and their motion, which ends at `end` [s].
   void finish(double dt, double end, base::Ledger& ledger) {
     drift_.reset();
-    if (step_.has_surface() && particles_.size() > 0) drift_ = step_.volume() * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
-    if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0)
-      step_.correct_volume(1 - std::pow(1 - options_.volume_correction, kStepsACorrection), ledger);
+    LiquidVolume volume;
+    if (step_.has_surface() && particles_.size() > 0) {
+      volume = step_.volume();
+      drift_ = volume.all * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
+    }
+    if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0) {
+      const double gain = 1 - std::pow(1 - options_.volume_correction, kStepsACorrection);
+      if (volume.bulk_filling > 0)
+        aim_ = std::clamp(aim_ + kPartToAim * gain * (volume.bulk / volume.bulk_filling - 1), 1 - kFarthestAim, 1 + kFarthestAim);
+      step_.correct_volume(gain, aim_, ledger);
+    }
     step_.gather(gather_rule(dt), particles_, ledger);
     solids_.move_to(end);
     step_.move(dt, particles_, ledger);
@@ -172,6 +180,9 @@ class Liquid final : public Simulation {
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
+  /// Only the inside can be corrected. What the cells beside the surface have too much, or too little, it makes up for: its aim follows the
+  /// volume's drift with this part of the gain, and no farther than this.
+  static constexpr double kPartToAim = 0.1, kFarthestAim = 0.1;
   Options options_;
   double fps_;
   base::Vec3 gravity_;
@@ -181,6 +192,7 @@ class Liquid final : public Simulation {
   double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
   EnergyWatch watch_;                 // used where the splitting reflects
   std::optional<double> drift_;       // [1] of volume, at the last step
+  double aim_ = 1;                    // [1] density of the liquid's inside that the volume correction aims at, over the one seeded
   std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0;
 };
 
@@ -260,6 +272,7 @@ State Liquid<D, Real>::state() const {
   State s;
   s.frame = frame_;
   add_particles(particles_, s);
+  if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("density_aim", std::vector<double>{aim_}, 1));
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;
@@ -273,10 +286,13 @@ void Liquid<D, Real>::restore(const State& s) {
   const std::int64_t n = id ? id->rows : 0;
   std::vector<EnergyWatch::State> watch;
   const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 4, watch);
-  const bool fits = watched && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
+  std::vector<double> aim;
+  const bool aimed = options_.volume_correction == 0 || read_column<double>(s, "density_aim", 1, 1, aim);
+  const bool fits = watched && aimed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
+  if (!aim.empty()) aim_ = aim.front();
   frame_ = s.frame;
   solids_.move_to(time());
   step_.clear_counts();

@@ -279,10 +279,14 @@ double work_of_solids(const LiquidCells<D>& cells, const std::vector<double>& p,
 }  // namespace
 
 template <int D>
-double liquid_volume(const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>& filling, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, 0.0, [&](std::size_t begin, std::size_t end) {
-    double volume = 0;
+  constexpr float kDeep = -0.45f;   // [cells] under the surface
+  const auto is_deep = [&](std::ptrdiff_t i) {
+    return i >= 0 && cells.kind[std::size_t(i)] == CellKind::liquid && (cells.distance.empty() || cells.distance[std::size_t(i)] <= kDeep);
+  };
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, LiquidVolume{}, [&](std::size_t begin, std::size_t end) {
+    LiquidVolume volume;
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
@@ -298,10 +302,16 @@ double liquid_volume(const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks)
         }
       // Walls cut no cell: only where a face is cut is part of the cell covered.
       const bool is_cut = !cells.open.is_open(i / per_block) && has_cut_face(i, cells, blocks);
-      volume += (is_cut ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
+      const double here = (is_cut ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
+      volume.all += here;
+      bool deep = !is_cut && is_deep(std::ptrdiff_t(i));
+      for (int a = 0; a < D && !deep && !is_cut; ++a) deep = is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1));
+      if (deep) volume.bulk += here, volume.bulk_filling += double(filling[i]);
     }
     return volume;
-  }, [](double s, double t) { return s + t; });
+  }, [](const LiquidVolume& s, const LiquidVolume& t) {
+    return LiquidVolume{s.all + t.all, s.bulk + t.bulk, s.bulk_filling + t.bulk_filling};
+  });
 }
 
 template <int D>
@@ -374,8 +384,8 @@ PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vec
 
 template class Projection<2>;
 template class Projection<3>;
-template double liquid_volume(const LiquidCells<2>&, const ActiveBlocks<2>&);
-template double liquid_volume(const LiquidCells<3>&, const ActiveBlocks<3>&);
+template LiquidVolume liquid_volume(const LiquidCells<2>&, const std::vector<float>&, const ActiveBlocks<2>&);
+template LiquidVolume liquid_volume(const LiquidCells<3>&, const std::vector<float>&, const ActiveBlocks<3>&);
 template PressureReport Projection<2>::project(FaceField<2, float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<2>::displace(FaceField<2, float>&, const std::vector<float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);
 template PressureReport Projection<2>::project(FaceField<2, double>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);

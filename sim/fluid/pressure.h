@@ -46,8 +46,12 @@ class Projection {
 
 /// What the liquid fills [cells]: its cells, less or more where the surface is nearer or farther than the face to the air. Where there are
 /// several such faces each counts by the square of the distance's slope across it. Parts of cells that colliders cover do not count.
+struct LiquidVolume {
+  double all = 0;
+  double bulk = 0, bulk_filling = 0;   // of the cells that are deep in the liquid or beside such a cell, without drops, sheets and cells that a collider cuts; and what was seeded of it
+};
 template <int D>
-double liquid_volume(const LiquidCells<D>&, const ActiveBlocks<D>&);
+LiquidVolume liquid_volume(const LiquidCells<D>&, const std::vector<float>& filling, const ActiveBlocks<D>&);
 
 inline constexpr std::int64_t kDirectUnknowns = 1500;
 

@@ -153,10 +153,10 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
 }
 
 template <int D, class Real>
-void FluidStep<D, Real>::correct_volume(double gain, base::Ledger& ledger) {
+void FluidStep<D, Real>::correct_volume(double gain, double aim, base::Ledger& ledger) {
   constexpr double kTolerance = 1e-2;
   const auto pass = ledger.pass("volume", 2 * grid_bytes());
-  std::vector<float> growth = excess_filling(filling_, cells_, blocks_);
+  std::vector<float> growth = excess_filling(filling_, aim, cells_, blocks_);
   for (float& g : growth) g *= float(gain);
   projection_.displace(displacement_, growth, cells_, blocks_, kTolerance, displaced_);
   extrapolate(displacement_, displaced_, blocks_, 3);

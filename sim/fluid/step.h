@@ -41,9 +41,9 @@ class FluidStep {
   /// Motion: whoever is then outside an open side is gone. And, where `correct_volume` found a displacement since `scatter`, a shift by it, which changes place but not the flow.
   void move(double dt, Particles<D, Real>&, base::Ledger&);
   /// What the liquid fills, by its surface at the last `scatter` [cells].
-  double volume() const { return liquid_volume<D>(cells_, blocks_); }
-  /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than it was seeded.
-  void correct_volume(double gain, base::Ledger&);
+  LiquidVolume volume() const { return liquid_volume<D>(cells_, filling_, blocks_); }
+  /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
+  void correct_volume(double gain, double aim, base::Ledger&);
 
   /// What moving solids did on the liquid in the last projection [J], per mass of a cell full of liquid.
   double solid_work() const { return solid_work_; }

@@ -53,7 +53,7 @@ std::vector<float> cell_filling(const CellRanges& ranges, const ActiveBlocks<D>&
 }
 
 template <int D>
-std::vector<float> excess_filling(const std::vector<float>& filling, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+std::vector<float> excess_filling(const std::vector<float>& filling, double aim, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   std::vector<float> excess(blocks.size());
   const auto is_cut = [&](std::size_t i) {
@@ -71,7 +71,7 @@ std::vector<float> excess_filling(const std::vector<float>& filling, const Liqui
         const auto near = std::size_t(at);
         return at >= 0 && (cells.kind[near] == CellKind::solid || (!meets_air(near) && !is_cut(near)));
       });
-      if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - 1, -kMostExcess, kMostExcess));
+      if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - aim, -kMostExcess, kMostExcess));
     }
   });
   return excess;
@@ -102,9 +102,9 @@ std::vector<float> surface_distance(const std::vector<float>& filling, const std
 
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<2>&, double);
 template std::vector<float> surface_distance(const std::vector<float>&, const std::vector<CellKind>&, const ActiveBlocks<2>&);
-template std::vector<float> excess_filling(const std::vector<float>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
+template std::vector<float> excess_filling(const std::vector<float>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&);
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<3>&, double);
 template std::vector<float> surface_distance(const std::vector<float>&, const std::vector<CellKind>&, const ActiveBlocks<3>&);
-template std::vector<float> excess_filling(const std::vector<float>&, const LiquidCells<3>&, const ActiveBlocks<3>&);
+template std::vector<float> excess_filling(const std::vector<float>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&);
 
 }  // namespace sim

@@ -27,11 +27,11 @@ struct LiquidCells {
 template <int D>
 std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<D>&, double full);
 
-/// How much denser than 1 the liquid's inside is: of cells around which no cell meets air and none is cut by a collider; 0 elsewhere. The same
-/// average, kept within kMostExcess.
+/// How much denser than `aim` the liquid's inside is: of cells around which no cell meets air and none is cut by a collider; 0 elsewhere. The
+/// same average, kept within kMostExcess.
 inline constexpr double kMostExcess = 0.5;
 template <int D>
-std::vector<float> excess_filling(const std::vector<float>& filling, const LiquidCells<D>&, const ActiveBlocks<D>&);
+std::vector<float> excess_filling(const std::vector<float>& filling, double aim, const LiquidCells<D>&, const ActiveBlocks<D>&);
 
 /// From the middle of a liquid cell to the surface, over the way to that of the air cell beside it: at least kLeastTheta.
 inline double theta(float liquid, float air) {
