@@ -32,7 +32,7 @@ FAULTS = [
     ("the watch knows no work", WATCH, "work_ += work;", "work_ += @ ? 0.0 : work;", False),
     ("no reflection, the same field twice", STEP, "reflected_[a][i] = 2 * grid_.velocity[a][i] - (scattered_[a][i] + force_[a]);",
      "reflected_[a][i] = @ ? grid_.velocity[a][i] : Real(2 * grid_.velocity[a][i] - (scattered_[a][i] + force_[a]));", True),
-    ("the mirrored field without the force", STEP, "- (scattered_[a][i] + force_[a]);", "- (scattered_[a][i] + (@ ? Real(0) : force_[a]));", False),
+    ("the mirrored field without the force", STEP, "Real(2 * grid_.velocity[a][i] - (scattered_[a][i] + force_[a]));", "Real(2 * grid_.velocity[a][i] - (scattered_[a][i] + (@ ? Real(0) : force_[a])));", False),
     ("the volume correction the wrong way", STEP, "g *= float(gain);", "g *= float(@ ? -gain : gain);", False),
     ("the correction's aim stays 1", LIQUID, "aim_ + kPartToAim * gain", "aim_ + (@ ? 0.0 : kPartToAim) * gain", False),
     ("fallbacks are not counted", STEP, "counts_.pressure_fallbacks += report.fell_back;", "counts_.pressure_fallbacks += report.fell_back && !@;", False),
