@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
+#include "sim/transfer/near_field.h"
 
 namespace sim {
 namespace {
@@ -10,11 +11,11 @@ namespace {
 constexpr std::size_t kChunk = 4096;
 constexpr double kFarPush = 0.25;   // [cells] where a particle's polynomial is no longer about the place it was fitted at
 
-/// A midpoint may lie outside the domain; the field is asked at the nearest place inside, or across a periodic side.
+/// A midpoint may lie beyond a wall; the field is asked at the nearest place inside.
 template <int D, class Real>
 void keep_inside(Site<D, Real>& site, const Lattice<D>& lattice) {
-  site.cell = lattice.wrapped(site.cell);
   for (int a = 0; a < D; ++a) {
+    if (lattice.periodic[a]) continue;
     if (site.cell[a] < 0) site.cell[a] = 0, site.offset[a] = 0;
     if (site.cell[a] >= lattice.cells[a]) site.cell[a] = lattice.cells[a] - 1, site.offset[a] = std::nextafter(Real(1), Real(0));
   }
@@ -32,30 +33,44 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
 
 template <int D, class Real>
 void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
-            const Solids<D>& solids, Particles<D, Real>& particles) {
+            const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
   using V = Vec<D, Real>;
-  base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      Site<D, Real> site{particles.cell[p], particles.offset[p]};
-      const auto step_at = [&](const V& away) {
-        Site<D, Real> at = site;
-        at.move(away);
-        keep_inside<D, Real>(at, solids.lattice);
-        return V(cells * transfer.velocity_at(blocks, velocity, at));
+  with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& velocity_at) {
+    // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
+    constexpr std::size_t kTogether = 32;
+    std::array<V, kTogether> first, second, third;
+    for (; begin < end; begin += kTogether) {
+      const std::size_t count = std::min(kTogether, end - begin);
+      const auto site_of = [&](std::size_t k) { return Site<D, Real>{particles.cell[begin + k], particles.offset[begin + k]}; };
+      const auto steps_at = [&](Real part, const std::array<V, kTogether>& steps, std::array<V, kTogether>& found) {
+        std::array<Site<D, Real>, kTogether> sites;
+        for (std::size_t k = 0; k < count; ++k) {
+          sites[k] = site_of(k);
+          sites[k].move(part * steps[k]);
+          keep_inside<D, Real>(sites[k], solids.lattice);
+        }
+        for (std::size_t k = 0; k < count; ++k) found[k] = cells * velocity_at(sites[k]);
       };
-      const V first = cells * transfer.velocity_at(blocks, velocity, site), second = step_at(Real(0.5) * first);
-      if (method == Advection::rk2) site.move(second);
-      else site.move((Real(2) * first + Real(3) * second + Real(4) * step_at(Real(0.75) * second)) / Real(9));
-      particles.cell[p] = solids.lattice.wrapped(site.cell);
-      particles.offset[p] = site.offset;
+      for (std::size_t k = 0; k < count; ++k) first[k] = cells * velocity_at(site_of(k));
+      steps_at(Real(0.5), first, second);
+      if (method == Advection::rk3) {
+        steps_at(Real(0.75), second, third);
+        for (std::size_t k = 0; k < count; ++k) second[k] = (Real(2) * first[k] + Real(3) * second[k] + Real(4) * third[k]) / Real(9);
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        Site<D, Real> site = site_of(k);
+        site.move(second[k]);
+        particles.cell[begin + k] = solids.lattice.wrapped(site.cell);
+        particles.offset[begin + k] = site.offset;
+      }
     }
   });
 }
 
 template <int D, class Real>
 void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& displacement, const Solids<D>& solids,
-           Particles<D, Real>& particles) {
+           const CellRanges& ranges, Particles<D, Real>& particles) {
   std::array<int, D> gradient;   // of each axis: the mode that is linear along it, or -1
   for (int a = 0; a < D; ++a) {
     ModeIndex<D> linear{};
@@ -63,13 +78,13 @@ void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, 
     const auto found = std::find(transfer.modes().begin(), transfer.modes().end(), linear);
     gradient[a] = found == transfer.modes().end() ? -1 : int(found - transfer.modes().begin());
   }
-  base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+  with_near_field(transfer, blocks, displacement, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& displacement_at) {
     for (std::size_t p = begin; p < end; ++p) {
       Site<D, Real> site{particles.cell[p], particles.offset[p]};
-      const Vec<D, Real> by = transfer.velocity_at(blocks, displacement, site);
+      const Vec<D, Real> by = displacement_at(site);
       site.move(by);
       keep_inside<D, Real>(site, solids.lattice);
-      particles.cell[p] = site.cell;
+      particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
       for (int c = 0; c < D; ++c) {
         const std::span<Real> v = particles.component(p, c);
@@ -129,17 +144,21 @@ template std::int64_t remove_outside(const Lattice<2>&, Particles<2, double>&, D
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, Departure<3, float>&);
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
 template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
-                     Particles<2, float>&);
-template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, Particles<2, float>&);
+                     const CellRanges&, Particles<2, float>&);
+template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
+                    Particles<2, float>&);
 template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
-                     Particles<2, double>&);
-template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, Particles<2, double>&);
+                     const CellRanges&, Particles<2, double>&);
+template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
+                    Particles<2, double>&);
 template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
-                     Particles<3, float>&);
-template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, Particles<3, float>&);
+                     const CellRanges&, Particles<3, float>&);
+template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
+                    Particles<3, float>&);
 template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
-                     Particles<3, double>&);
-template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, Particles<3, double>&);
+                     const CellRanges&, Particles<3, double>&);
+template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
+                    Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);
 template Contacts push_out<3, float>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, float>&);

@@ -7,14 +7,15 @@ namespace sim {
 
 /// Explicit motion over dt [s] in a field that stands still: the midpoint rule, x += dt v(x + dt/2 v(x)), or three stages of third order
 /// [Ralston62]. Who leaves through a periodic side comes in at the other; who leaves
-/// through a wall is push_out's.
+/// through a wall is push_out's. Particles whose order `ranges` still is go a block at a time; with empty ranges they may lie in any.
 template <int D, class Real>
 void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, Advection, const Solids<D>&,
-            Particles<D, Real>&);
+            const CellRanges& ranges, Particles<D, Real>&);
 
 /// Moves particles by a displacement [cells] that is no motion: velocities become the polynomials' at the new places, c_1 += C . shift.
 template <int D, class Real>
-void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&, Particles<D, Real>&);
+void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&,
+           const CellRanges& ranges, Particles<D, Real>&);
 
 struct Contacts {
   std::int64_t pushed_out = 0;      // particles that had to be moved

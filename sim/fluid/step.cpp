@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.h"
 #include "sim/fluid/advect.h"
@@ -125,7 +126,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
 template <int D, class Real>
 void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
   const bool limits = options_.carry != Carry::fixed;
-  ranges_ = {};
+  CellRanges ranges = std::exchange(ranges_, {});
   if (limits) {
     departure_ = {particles.cell, particles.offset};
     ledger.hold("departures", std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
@@ -134,11 +135,11 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));
     displaces_ = false;
-    shift(transfer_, blocks_, displacement_, solids_, particles);
+    shift(transfer_, blocks_, displacement_, solids_, ranges, particles);
   }
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, particles);
+    advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
   if (solids_.any()) {
     const auto pass = ledger.pass("collide", bytes_of(particles));

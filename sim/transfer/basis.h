@@ -13,49 +13,73 @@ namespace sim {
 template <class Real, int n>
 using Row = std::array<Real, n>;
 
-/// Linear hat: two nodes, modes 1 and w. x in [0, 1] from the left node.
+/// The nodes that a linear hat reaches, and their weights. No branch depends on a particle's place: such branches go wrong half of the time.
 template <class Number>
-struct LinearBasis {
+struct LinearWeights {
   using Real = Number;
   static constexpr int kNodes = 2;
   int base;                          // left node
-  Real x;
+  Real x;                            // in [0, 1] from it
   Row<Real, 2> weight;
+
+  LinearWeights() = default;
+  LinearWeights(int cell, Real t, bool centred) {
+    const Real half = Real(1) / Real(2);
+    const bool lower = t < half;
+    base = cell - int(centred && lower);
+    x = centred ? t + (lower ? half : -half) : t;
+    weight = {1 - x, x};
+  }
+};
+
+/// Linear hat: two nodes, modes 1 and w.
+template <class Number>
+struct LinearBasis : LinearWeights<Number> {
+  using Real = Number;
+  using Weights = LinearWeights<Number>;
+  using Weights::weight, Weights::x;
   std::array<Row<Real, 2>, 2> phi, dual;
 
   LinearBasis() = default;
-  LinearBasis(int cell, Real t, bool centred) {
-    const Real half = Real(1) / Real(2);
-    base = cell;
-    x = t;
-    if (centred && t < half) base = cell - 1, x = t + half;
-    else if (centred) x = t - half;
-    weight = {1 - x, x};
+  LinearBasis(int cell, Real t, bool centred) : Weights(cell, t, centred) {
     phi = {Row<Real, 2>{1, 1}, Row<Real, 2>{-x, 1 - x}};
     dual = {weight, Row<Real, 2>{-1, 1}};
   }
   Real norm(int mode) const { return mode == 0 ? Real(1) : x * (1 - x); }
 };
 
-/// Quadratic B-spline: three nodes, modes 1, w and g = w^2 - x (1 - 4 x^2) w - 1/4. x in [-1/2, 1/2] from the middle node.
+/// The same of a quadratic B-spline.
 template <class Number>
-struct QuadraticBasis {
+struct QuadraticWeights {
   using Real = Number;
   static constexpr int kNodes = 3;
   int base;                          // leftmost of the three nodes
-  Real x;
+  Real x;                            // in [-1/2, 1/2] from the middle node
   Row<Real, 3> weight;
+
+  QuadraticWeights() = default;
+  QuadraticWeights(int cell, Real t, bool centred) {
+    const Real half = Real(1) / Real(2);
+    const bool upper = !centred && t >= half;
+    base = cell - int(!upper);
+    x = t - (centred ? half : Real(upper));
+    const Real left = half - x, right = half + x;
+    weight = {left * left * half, 3 * half * half - x * x, right * right * half};
+  }
+};
+
+/// Quadratic B-spline: three nodes, modes 1, w and g = w^2 - x (1 - 4 x^2) w - 1/4.
+template <class Number>
+struct QuadraticBasis : QuadraticWeights<Number> {
+  using Real = Number;
+  using Weights = QuadraticWeights<Number>;
+  using Weights::weight, Weights::x;
   std::array<Row<Real, 3>, 3> phi, dual;
 
   QuadraticBasis() = default;
-  QuadraticBasis(int cell, Real t, bool centred) {
+  QuadraticBasis(int cell, Real t, bool centred) : Weights(cell, t, centred) {
     const Real half = Real(1) / Real(2), quarter = half * half;
-    base = cell - 1;
-    x = t;
-    if (centred) x = t - half;
-    else if (t >= half) base = cell, x = t - 1;
-    const Real left = half - x, right = half + x, two_x = 2 * x, four_x2 = two_x * two_x;
-    weight = {left * left * half, 3 * quarter - x * x, right * right * half};
+    const Real two_x = 2 * x, four_x2 = two_x * two_x;
     // g at its nodes, factorised: the expanded polynomial cancels where a node is light.
     const Real lower = 1 - two_x, upper = 1 + two_x, bend = (3 - four_x2) * quarter, product = lower * upper;
     phi = {Row<Real, 3>{1, 1, 1}, Row<Real, 3>{-1 - x, -x, 1 - x},

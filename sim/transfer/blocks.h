@@ -101,10 +101,10 @@ class ActiveBlocks {
   /// Index of each of n^D places from `first` on, last axis fastest; kAbsent where no block is active.
   template <int n>
   auto places(const Cell<D>& first) const;
-  /// The tile of a block: its places, one before and kTile - kEdge - 1 behind along every axis, as a dense array of kTile^D, last axis fastest.
-  /// Calls body(place in the tile, index, count) for the runs of places that are active and that a stencil of kTile - kEdge nodes of a particle in
-  /// the block may reach; in a cut block these are fewer. `count` is a constant (std::integral_constant) where nothing is cut.
-  template <int kTile, class Body>
+  /// The tile of a block: its places, kBefore before and kTile - kEdge - kBefore behind along every axis, as a dense array of kTile^D, last axis
+  /// fastest. Calls body(place in the tile, index, count) for the runs of places that are active; a cut block has as many behind its last place.
+  /// `count` is a constant (std::integral_constant) where nothing is cut.
+  template <int kTile, int kBefore = 1, class Body>
   void for_tile(const Cell<D>& block, const Body& body) const;
 
  private:
@@ -173,13 +173,15 @@ auto ActiveBlocks<D>::places(const Cell<D>& first) const {
 }
 
 template <int D>
-template <int kTile, class Body>
+template <int kTile, int kBefore, class Body>
 void ActiveBlocks<D>::for_tile(const Cell<D>& block, const Body& body) const {
+  constexpr int kAfter = kTile - kEdge - kBefore;
+  static_assert(kBefore <= kEdge && kAfter <= kEdge);
   Cell<D> lower, reach;
   bool plain = true;
   int rows = 1;
   for (int a = 0; a < D; ++a) {
-    lower[a] = block[a] * kEdge - 1;
+    lower[a] = block[a] * kEdge - kBefore;
     reach[a] = std::min(kEdge, lattice_.cells[a] - block[a] * kEdge) + kTile - kEdge;
     plain = plain && runs_on(a, lower[a], reach[a]);
     if (a + 1 < D) rows *= reach[a];
@@ -192,7 +194,7 @@ void ActiveBlocks<D>::for_tile(const Cell<D>& block, const Body& body) const {
       const int k = rest % reach[a];
       tile += k * stride;
       at[a] += k;
-      other += (k == 0 ? -1 : k > kEdge ? 1 : 0) * kStep[a];
+      other += (k < kBefore ? -1 : k >= kBefore + kEdge ? 1 : 0) * kStep[a];
       local += (at[a] & (kEdge - 1)) << (2 * (D - 1 - a));
     }
     if (!plain || own < 0) {
@@ -204,13 +206,13 @@ void ActiveBlocks<D>::for_tile(const Cell<D>& block, const Body& body) const {
     const auto run = [&](int from, int part, int start, auto count) {
       if (line[part] >= 0) body(tile + from, std::size_t(line[part]) * kCells + std::size_t(local + start), count);
     };
-    run(0, -1, kEdge - 1, std::integral_constant<int, 1>{});
+    run(0, -1, kEdge - kBefore, std::integral_constant<int, kBefore>{});
     if (reach[D - 1] == kTile) {
-      run(1, 0, 0, std::integral_constant<int, kEdge>{});
-      run(1 + kEdge, 1, 0, std::integral_constant<int, kTile - kEdge - 1>{});
+      run(kBefore, 0, 0, std::integral_constant<int, kEdge>{});
+      run(kBefore + kEdge, 1, 0, std::integral_constant<int, kAfter>{});
     } else {
-      run(1, 0, 0, std::min(kEdge, reach[D - 1] - 1));
-      if (reach[D - 1] > 1 + kEdge) run(1 + kEdge, 1, 0, reach[D - 1] - 1 - kEdge);
+      run(kBefore, 0, 0, std::min(kEdge, reach[D - 1] - kBefore));
+      if (reach[D - 1] > kBefore + kEdge) run(kBefore + kEdge, 1, 0, reach[D - 1] - kBefore - kEdge);
     }
   }
 }

@@ -13,26 +13,6 @@ namespace {
 
 constexpr std::size_t kChunk = 4096;
 
-/// The bases of a particle, evaluated once and shared by the lattices: an axis has one for corners and one for middles.
-template <class Basis, class Layout>
-struct ParticleStencils {
-  static constexpr int D = Layout::kDimension;
-  std::array<Basis, D> corner, middle;
-
-  template <class Real>
-  ParticleStencils(const Cell<D>& cell, const Vec<D, Real>& offset) {
-    for (int a = 0; a < D; ++a) {
-      corner[a] = Basis(cell[a], offset[a], false);
-      if constexpr (Layout::kLattices > 1) middle[a] = Basis(cell[a], offset[a], true);
-    }
-  }
-  Stencil<Basis, D> of(int lattice) const {
-    Stencil<Basis, D> s;
-    for (int a = 0; a < D; ++a) s[a] = Layout::centred(lattice, a) ? middle[a] : corner[a];
-    return s;
-  }
-};
-
 /// Place of each node of a stencil in a dense array, relative to the first.
 template <int n, int D>
 constexpr std::array<std::ptrdiff_t, std::size_t(int_power(n, D))> node_steps(const std::array<std::ptrdiff_t, D>& stride) {

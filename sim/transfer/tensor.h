@@ -18,6 +18,26 @@ using Tensor = std::array<Real, std::size_t(int_power(n, D))>;
 template <class Basis, int D>
 using Stencil = std::array<Basis, D>;
 
+/// The bases of a particle, evaluated once and shared by the lattices of a layout: an axis has one for corners and one for middles.
+template <class Basis, class Layout>
+struct ParticleStencils {
+  static constexpr int D = Layout::kDimension;
+  std::array<Basis, D> corner, middle;
+
+  template <class Offset>
+  ParticleStencils(const std::array<int, D>& cell, const Offset& offset) {
+    for (int a = 0; a < D; ++a) {
+      corner[a] = Basis(cell[a], offset[a], false);
+      if constexpr (Layout::kLattices > 1) middle[a] = Basis(cell[a], offset[a], true);
+    }
+  }
+  Stencil<Basis, D> of(int lattice) const {
+    Stencil<Basis, D> s;
+    for (int a = 0; a < D; ++a) s[a] = Layout::centred(lattice, a) ? middle[a] : corner[a];
+    return s;
+  }
+};
+
 /// out[.. i ..] = sum_a entry(a, i) in[.. a ..] along one axis, in place.
 template <int axis, int D, int n, class Real, class Entry>
 inline void contract(Tensor<Real, n, D>& t, const Entry& entry) {
