@@ -178,33 +178,45 @@ void ActiveBlocks<D>::for_tile(const Cell<D>& block, const Body& body) const {
   constexpr int kAfter = kTile - kEdge - kBefore;
   static_assert(kBefore <= kEdge && kAfter <= kEdge);
   Cell<D> lower, reach;
-  bool plain = true;
-  int rows = 1;
+  bool plain = true, cut = false;
   for (int a = 0; a < D; ++a) {
     lower[a] = block[a] * kEdge - kBefore;
     reach[a] = std::min(kEdge, lattice_.cells[a] - block[a] * kEdge) + kTile - kEdge;
     plain = plain && runs_on(a, lower[a], reach[a]);
-    if (a + 1 < D) rows *= reach[a];
+    cut = cut || reach[a] < kTile;
   }
   const std::int32_t own = slot(lattice_.block_key(block));
-  for (int row = 0; row < rows; ++row) {
-    Cell<D> at = lower;
-    int tile = 0, other = kNeighbours / 2, local = 0;
-    for (int a = D - 2, rest = row, stride = kTile; a >= 0; rest /= reach[a], stride *= kTile, --a) {
-      const int k = rest % reach[a];
-      tile += k * stride;
-      at[a] += k;
-      other += (k < kBefore ? -1 : k >= kBefore + kEdge ? 1 : 0) * kStep[a];
-      local += (at[a] & (kEdge - 1)) << (2 * (D - 1 - a));
+  const bool in_blocks = plain && own >= 0;
+  constexpr int kRows = D == 2 ? kTile : kTile * kTile;
+  struct Row {
+    int other, local;   // in the list of neighbours, and of the first place in the block
+  };
+  constexpr auto kRow = [] {
+    std::array<Row, std::size_t(kRows)> rows{};
+    for (int row = 0; row < kRows; ++row) {
+      Row& r = rows[std::size_t(row)] = {kNeighbours / 2, 0};
+      for (int a = D - 2, rest = row; a >= 0; rest /= kTile, --a) {
+        const int k = rest % kTile;
+        r.other += (k < kBefore ? -1 : k >= kBefore + kEdge ? 1 : 0) * kStep[std::size_t(a)];
+        r.local += ((k - kBefore) & (kEdge - 1)) << (2 * (D - 1 - a));
+      }
     }
-    if (!plain || own < 0) {
+    return rows;
+  }();
+  for (int row = 0; row < kRows; ++row) {
+    const int tile = row * kTile;
+    if (cut && (row % kTile >= reach[D - 2] || row / kTile >= (D == 2 ? 1 : reach[0]))) continue;
+    if (!in_blocks) {
+      Cell<D> at = lower;
+      for (int a = D - 2, rest = row; a >= 0; rest /= kTile, --a) at[a] += rest % kTile;
       for (int k = 0; k < reach[D - 1]; ++k, ++at[D - 1])
         if (const std::ptrdiff_t i = index(at); i >= 0) body(tile + k, std::size_t(i), std::integral_constant<int, 1>{});
       continue;
     }
-    const std::int32_t* const line = &neighbours_[std::size_t(own)][std::size_t(other)];
+    const Row& r = kRow[std::size_t(row)];
+    const std::int32_t* const line = &neighbours_[std::size_t(own)][std::size_t(r.other)];
     const auto run = [&](int from, int part, int start, auto count) {
-      if (line[part] >= 0) body(tile + from, std::size_t(line[part]) * kCells + std::size_t(local + start), count);
+      if (line[part] >= 0) body(tile + from, std::size_t(line[part]) * kCells + std::size_t(r.local + start), count);
     };
     run(0, -1, kEdge - kBefore, std::integral_constant<int, kBefore>{});
     if (reach[D - 1] == kTile) {

@@ -135,6 +135,7 @@ lanes::Block lanes_of(const CellRanges& ranges, std::size_t block, const Particl
   if constexpr (std::is_same_v<Real, float>) {
     b.begin = &ranges.begin[block * Lattice<D>::kCellsPerBlock];
     b.offset = particles.offset.front().data();
+    b.particles = std::uint32_t(particles.size());
     b.row = particles.rows.empty() ? nullptr : particles.rows.data();
     b.coefficients = coefficients;
   }

@@ -1,7 +1,7 @@
 #define HWY_TARGET_INCLUDE "sim/transfer/lanes_nodes_linear.cpp"
 #include <hwy/foreach_target.h>   // includes this file once for every instruction set
 
-#include "sim/transfer/lanes-inl.h"
+#include "sim/transfer/kernels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {

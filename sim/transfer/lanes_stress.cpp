@@ -4,7 +4,8 @@
 #define HWY_TARGET_INCLUDE "sim/transfer/lanes_stress.cpp"
 #include <hwy/foreach_target.h>   // includes this file once for every instruction set
 
-#include "sim/transfer/lanes-inl.h"
+#include "sim/transfer/gather_lanes-inl.h"
+#include "sim/transfer/scatter_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {

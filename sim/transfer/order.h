@@ -2,6 +2,7 @@
 // Canonical order: block, cell in the block, id; for transfers to nodes the nearest node in place of the cell. Sums over particles in this
 // order do not depend on how they came to be stored, on threads or on restarts.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -29,11 +30,18 @@ class CanonicalOrder {
   std::int64_t bytes(const Particles<D, Real>&) const;
 
  private:
-  std::vector<std::int64_t> key_;            // of each particle's cell
-  std::vector<std::uint32_t> cell_;          // of each particle, its cell among those of the occupied blocks
-  std::vector<std::uint32_t> from_;          // of each place in the order, who comes there
-  std::vector<std::uint32_t> counts_;        // of each part and cell
-  KeyTable table_;
+  static constexpr std::size_t kParts = 4;   // of the particles, that are counted on their own; the order does not depend on it
+
+  /// Gives every particle its cell in `cell_`, numbered by `keys_` (keys of blocks, in no order) and the cell in the block, and counts them.
+  void find_cells(const Particles<D, Real>&, const Lattice<D>&, Home);
+  /// counts_ become places in the order: where each part's particles of a cell begin.
+  CellRanges add_up(Home);
+
+  std::vector<std::int64_t> keys_;                      // of blocks that particles were in at the last sort, ascending; then of new ones
+  KeyTable table_;                                      // of those of the last sort
+  std::vector<std::uint32_t> cell_;                     // of each particle
+  std::vector<std::uint32_t> from_;                     // of each place in the order, who comes there
+  std::array<std::vector<std::uint32_t>, kParts> counts_;   // of each cell
   Particles<D, Real> sorted_;
 };
 
