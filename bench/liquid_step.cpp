@@ -21,7 +21,7 @@ struct Basin {
   int edge = 76, depth = 40;
 };
 
-Scene basin(const Basin& size, Transfer transfer, Kernel kernel, double cfl) {
+Scene basin(const Basin& size, Transfer transfer, Kernel kernel, double cfl, Carry carry) {
   Scene scene;
   Options& o = scene.options;
   o.domain = {base::Vec3::Zero(), base::Vec3::Constant(size.edge * kCell)};
@@ -29,6 +29,7 @@ Scene basin(const Basin& size, Transfer transfer, Kernel kernel, double cfl) {
   o.transfer = transfer;
   o.kernel = kernel;
   o.cfl = cfl;
+  o.carry = carry;
   Body water;
   water.name = "water";
   water.shape.box = base::Box{base::Vec3::Zero(), base::Vec3(size.edge * kCell, size.edge * kCell, size.depth * kCell)};
@@ -51,9 +52,9 @@ void stir(int edge, Particles<3, float>& particles) {
   }
 }
 
-void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel kernel, double cfl) {
+void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel kernel, double cfl, Carry carry) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 2);
-  const Scene scene = basin(size, transfer, kernel, cfl);
+  const Scene scene = basin(size, transfer, kernel, cfl, carry);
   const Lattice<3> lattice({size.edge, size.edge, size.edge});
   const Solids<3> solids(scene, lattice);
   FluidStep<3, float> step(scene.options, solids, true);
@@ -90,12 +91,14 @@ void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel k
 }
 
 const int kRegistered = [] {
-  const auto add = [](const char* name, const Basin& size, Transfer transfer, Kernel kernel, double cfl) {
-    const auto one = [=](benchmark::State& state) { run(state, size, transfer, kernel, cfl); };
+  const auto add = [](const char* name, const Basin& size, Transfer transfer, Kernel kernel, double cfl,
+                      Carry carry = Carry::fixed) {
+    const auto one = [=](benchmark::State& state) { run(state, size, transfer, kernel, cfl, carry); };
     benchmark::RegisterBenchmark(name, one)->Unit(benchmark::kMillisecond);
   };
   add("liquid_step/1850000/apic", {}, Transfer::apic, Kernel::quadratic, 0.5);
   add("liquid_step/1850000/polypic27", {}, Transfer::polypic, Kernel::quadratic, 0.5);
+  add("liquid_step/1850000/polypic27/hybrid", {}, Transfer::polypic, Kernel::quadratic, 0.5, Carry::hybrid);
   add("liquid_step/1850000/linear/apic", {}, Transfer::apic, Kernel::linear, 1);
   add("liquid_step/1850000/linear/polypic8", {}, Transfer::polypic, Kernel::linear, 1);
   add("liquid_step/200000/linear/polypic8", {36, 19}, Transfer::polypic, Kernel::linear, 1);

@@ -101,9 +101,11 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
   return base::ordered_reduce(particles.size(), kChunk, Contacts{}, [&](std::size_t begin, std::size_t end) {
     Contacts contacts;
     for (std::size_t p = begin; p < end; ++p) {
-      Moving<D, Real> particle{{particles.cell[p], particles.offset[p]}, particles.velocity(p)};
+      const Site<D, Real> site{particles.cell[p], particles.offset[p]};
+      Moving<D, Real> probe{site, Vec<D, Real>::Zero()};   // few touch anything, and velocities lie far apart in memory
+      if (solids.push_out(probe) == 0) continue;
+      Moving<D, Real> particle{site, particles.velocity(p)};
       const double pushed = solids.push_out(particle);
-      if (pushed == 0) continue;
       const bool drops = pushed > kFarPush && !bend.empty();
       particles.cell[p] = particle.site.cell;
       particles.offset[p] = particle.site.offset;

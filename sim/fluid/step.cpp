@@ -146,11 +146,13 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     const Contacts contacts = push_out<D, Real>(solids_, transfer_.modes(), particles);
     counts_.pushed_out += contacts.pushed_out;
     counts_.dropped_modes += contacts.dropped_modes;
-    counts_.left += remove_outside(solids_.lattice, particles, departure_);
+    const std::int64_t left = remove_outside(solids_.lattice, particles, departure_);
+    counts_.left += left;
+    if (left > 0) ranges = {};
   }
   if (!limits) return;
   const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
-  counts_.limited_modes += transfer_.limit(blocks_, departure_, grid_.mass, options_.carry, particles);
+  counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);
 }
 
 template <int D, class Real>

@@ -191,6 +191,42 @@ void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b,
   }
 }
 
+/// The least mass of a quadratic stencil, for all stencils of a block's particles: minima of three neighbours, one axis after the other.
+template <class Layout>
+class LeastMasses {
+ public:
+  static constexpr int D = Layout::kDimension, n = 3, kEdge = Lattice<D>::kBlock + n;
+  using Real = typename Layout::Real;
+
+  LeastMasses(const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Mass& mass) {
+    for (int a = 0; a < D; ++a) first_[a] = block[a] * Lattice<D>::kBlock - 1;
+    blocks.template for_tile<kEdge>(block, [&](int to, std::size_t from, auto count) {
+      for (int l = 0; l < Layout::kLattices; ++l)
+        for (int k = 0; k < count; ++k) least_[l][std::size_t(to + k)] = Layout::mass(mass, l)[from + std::size_t(k)];
+    });
+    for (auto& least : least_)
+      for (std::size_t step = 1; step < kPlaces; step *= kEdge)
+        for (std::size_t i = 0; i + 2 * step < kPlaces; ++i) least[i] = std::min({least[i], least[i + step], least[i + 2 * step]});
+  }
+  /// Of a stencil; -1 if it is none of the block's.
+  template <class Weights>
+  std::ptrdiff_t place(const Stencil<Weights, D>& stencil) const {
+    std::ptrdiff_t place = 0;
+    for (int a = 0; a < D; ++a) {
+      const int at = stencil[a].base - first_[a];
+      if (at < 0 || at > kEdge - n) return -1;
+      place = place * kEdge + at;
+    }
+    return place;
+  }
+  Real at(int lattice, std::ptrdiff_t place) const { return least_[std::size_t(lattice)][std::size_t(place)]; }
+
+ private:
+  static constexpr std::size_t kPlaces = std::size_t(int_power(kEdge, D));
+  Cell<D> first_;                                                                    // of the stencil at place 0
+  std::array<std::array<Real, kPlaces>, std::size_t(Layout::kLattices)> least_{};    // 0 where no block is active
+};
+
 /// dv/dx along an axis from the coefficients of all modes: the kernel's derivative is dual[w] - x (1 - 4 x^2) dual[g].
 template <int D, class Real>
 Real slope(const Stencil<QuadraticBasis<Real>, D>& stencil, const Tensor<Real, 3, D>& coefficients, int axis) {
@@ -322,26 +358,26 @@ void GridTransfer<Layout>::gather_plainly(const ActiveBlocks<D>& blocks, const F
 }
 
 template <class Layout>
-std::int64_t GridTransfer<Layout>::limit(const ActiveBlocks<D>& blocks, const Departure<D, Real>& from, const Mass& mass, Carry carry,
-                                         Particles<D, Real>& particles) const {
+std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Departure<D, Real>& from, const Mass& mass,
+                                         Carry carry, Particles<D, Real>& particles) const {
   if (carry == Carry::fixed) return 0;
   assert(kernel_ == Kernel::quadratic && "the scene refuses other carries with the linear kernel");
   assert(from.cell.size() == particles.size() && from.offset.size() == particles.size());
-  using Basis = QuadraticBasis<Real>;
+  using Weights = QuadraticWeights<Real>;
   std::vector<unsigned> axes;   // of each mode
   for (const ModeIndex<D>& mode : modes_) axes.push_back(bent_axes<D>(mode));
 
-  const auto beside_light = [&](const Stencil<Basis, D>& stencil, const std::vector<Real>& masses) {
-    const auto nodes = blocks.template places<Basis::kNodes>(first_node<Basis, D>(stencil));
-    return std::any_of(nodes.begin(), nodes.end(), [&](std::ptrdiff_t i) { return value_at(masses, i, Real(0)) < Real(kLightNode); });
+  const auto is_light = [&](int l, const Stencil<Weights, D>& stencil) {
+    const auto nodes = blocks.template places<Weights::kNodes>(first_node<Weights, D>(stencil));
+    return std::any_of(nodes.begin(), nodes.end(), [&](std::ptrdiff_t i) { return value_at(Layout::mass(mass, l), i, Real(0)) < Real(kLightNode); });
   };
-  return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
+  const auto limit_some = [&](std::size_t begin, std::size_t end, const auto& beside_light) {
     std::int64_t scaled = 0;
     for (std::size_t p = begin; p < end; ++p) {
-      const ParticleStencils<Basis, Layout> there(from.cell[p], from.offset[p]), here(particles.cell[p], particles.offset[p]);
+      const ParticleStencils<Weights, Layout> there(from.cell[p], from.offset[p]), here(particles.cell[p], particles.offset[p]);
       for (int l = 0; l < Layout::kLattices; ++l) {
-        const Stencil<Basis, D> before = there.of(l), now = here.of(l);
-        if (carry == Carry::hybrid && !beside_light(before, Layout::mass(mass, l))) continue;
+        const Stencil<Weights, D> before = there.of(l), now = here.of(l);
+        if (carry == Carry::hybrid && !beside_light(p, l, before)) continue;
         std::array<Real, std::size_t(int_power(2, D))> factor{};   // by bent axes
         for (unsigned bent = 1; bent < factor.size(); ++bent) {
           Real product_before = 1, product_now = 1;
@@ -363,7 +399,22 @@ std::int64_t GridTransfer<Layout>::limit(const ActiveBlocks<D>& blocks, const De
       }
     }
     return scaled;
-  }, [](std::int64_t a, std::int64_t b) { return a + b; });
+  };
+  const auto add = [](std::int64_t a, std::int64_t b) { return a + b; };
+  const auto look_up = [&](std::size_t, int l, const Stencil<Weights, D>& stencil) { return is_light(l, stencil); };
+  if (ranges.occupied.empty() || carry == Carry::limited)
+    return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
+      return limit_some(begin, end, look_up);
+    }, add);
+  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
+  return base::ordered_reduce(ranges.occupied.size(), 1, std::int64_t{0}, [&](std::size_t b, std::size_t) {
+    const Cell<D> block = blocks.lattice().block_at(ranges.occupied[b]);
+    const LeastMasses<Layout> least(blocks, block, mass);
+    return limit_some(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], [&](std::size_t p, int l, const Stencil<Weights, D>& stencil) {
+      const std::ptrdiff_t place = least.place(stencil);
+      return place < 0 ? look_up(p, l, stencil) : least.at(l, place) < Real(kLightNode);
+    });
+  }, add);
 }
 
 template <class Layout>
