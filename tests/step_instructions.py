@@ -3,13 +3,14 @@
 costs any:
 
   1. a shot with and without sections that its simulation does not use: within 0.1 %
-  2. the library against one built from sources in which the other effects do not exist: within 1 %, to the same bits
+  2. with SOURCE_DIR: the library against one built from sources in which the other effects do not exist: within 1 %, to the same bits. That
+     builds base and sim once more, in SCRATCH_DIR, and is no part of the suite.
 
-    tests/step_instructions.py PROGRAM DRIVER SOURCE_DIR SCRATCH_DIR
+    tests/step_instructions.py SCRATCH_DIR PROGRAM [DRIVER SOURCE_DIR]
 """
 import os, re, shutil, subprocess, sys
 
-program, driver, source, scratch = (os.path.abspath(a) for a in sys.argv[1:5])
+scratch, program, driver, source = (os.path.abspath(a) for a in (*sys.argv[1:], "", "")[:4])
 STEP = "*Liquid*::advance*"
 
 SHOT = """[shot]
@@ -162,6 +163,8 @@ def main():
             file.write(text)
         counts[name], _ = instructions([program, "simulate", name + ".toml", "--threads", "1", "--quiet"], scratch)
     good = compare("without and with unused sections", counts["plain"], counts["unused"], 0.001)
+    if len(sys.argv) < 5:
+        sys.exit(0 if good else 1)
     make_bare_sources()
     whole, said = instructions([driver], scratch)
     bare, said_bare = instructions([build_bare()], scratch)
