@@ -130,7 +130,7 @@ Options with_scheme_of(const Body& body, Options o) {
   return o;
 }
 
-void Shape::params(base::Params& p) {
+void Shape::params(base::Params& p, bool may_be_mesh) {
   p("box", box, "m", "two opposite corners of a box", "not a box");
   Sphere round = sphere.value_or(Sphere{});
   const bool is_sphere = p.table("sphere", "a ball", [&](base::Params& q) {
@@ -138,11 +138,23 @@ void Shape::params(base::Params& p) {
     q("radius", round.radius, "m", "radius of the sphere", base::above(0));
   });
   if (is_sphere) sphere = round;
-  p.require(box.has_value() != sphere.has_value(), "", "needs exactly one of box and sphere");
+  may_be_mesh = may_be_mesh && p.when(p.vector_size() == 3);
+  Mesh made = mesh.value_or(Mesh{});
+  const bool is_mesh = may_be_mesh && p.table("mesh", "what a closed mesh encloses", [&](base::Params& q) {
+    q("file", made.file, "OBJ, PLY or STL, z up; relative to the shot");
+    q("scale", made.scale, "m", "length of one of the file's units", base::above(0));
+    q("translate", made.translate, "m", "where the file's origin is");
+  });
+  if (is_mesh) {
+    mesh = made;
+    p.require(!made.file.empty(), "mesh", "needs a file");
+  }
+  p.require(box.has_value() + sphere.has_value() + mesh.has_value() == 1, "", may_be_mesh ? "needs exactly one of box, sphere and mesh" : "needs exactly one of box and sphere");
   if (box) p.require((box->size().head(p.vector_size()).array() > 0).all(), "box", "the second corner must be above the first in every axis");
 }
 
 double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
+  if (mesh) return mesh->solid && mesh->solid->inside(at - mesh->shift) ? -1 : 1;
   if (sphere) {
     const base::Vec3 from_center = at - sphere->center;
     const double r = from_center.norm();
@@ -168,13 +180,14 @@ double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
 
 base::Box Shape::bounds() const {
   if (box) return *box;
+  if (mesh) return mesh->solid ? base::Box{mesh->solid->bounds().lower + mesh->shift, mesh->solid->bounds().upper + mesh->shift} : base::Box{mesh->shift, mesh->shift};
   const base::Vec3 r = base::Vec3::Constant(sphere->radius);
   return {sphere->center - r, sphere->center + r};
 }
 
 void Body::params(base::Params& p) {
   p("name", name, "unique name, used by --set body.NAME.key");
-  p.table("shape", "where the material is at the first frame", [&](base::Params& q) { shape.params(q); });
+  p.table("shape", "where the material is at the first frame", [&](base::Params& q) { shape.params(q, true); });
   const auto presets = p.when(is_solid) && p.when(!is_solid) ? std::span<const std::string_view>(kMaterialNames)   // whoever describes sees them all
                        : is_solid                            ? material_presets()
                                                              : std::span<const std::string_view>(kMaterialNames).first(1);
@@ -197,7 +210,7 @@ void Body::params(base::Params& p) {
 
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
-  p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q); });
+  p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, false); });
   if (p.when(!meets_solids)) p("velocity", velocity, "m/s", "velocity of the solid, the same at all times");
   if (p.when(meets_solids)) {
     p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
@@ -274,7 +287,7 @@ double most_particles(const Scene& scene) {
   const Options& o = scene.options;
   double most = 0;
   for (const Body& body : scene.bodies) {
-    if (body.shape.box.has_value() == body.shape.sphere.has_value()) continue;   // refused elsewhere
+    if (body.shape.box.has_value() + body.shape.sphere.has_value() != 1) continue;   // a mesh, read later, or refused elsewhere
     const base::Box bounds = body.shape.bounds();
     double here = double(o.particles_per_cell);
     for (int a = 0; a < int(o.dimension); ++a)
@@ -289,6 +302,7 @@ double most_particles(const Scene& scene) {
 Shape moved(Shape shape, const base::Vec3& by) {
   if (shape.box) shape.box = base::Box{shape.box->lower + by, shape.box->upper + by};
   if (shape.sphere) shape.sphere->center += by;
+  if (shape.mesh) shape.mesh->shift += by;
   return shape;
 }
 

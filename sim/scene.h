@@ -3,12 +3,14 @@
 // deep: z is 0 in every vector, and a density is still that of a cubic metre.
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/params.h"
 #include "base/vec.h"
+#include "sim/closed_mesh.h"
 #include "sim/material.h"
 
 namespace sim {
@@ -33,17 +35,28 @@ inline constexpr double kMostCells = 1e17, kMostCellsOfAnEdge = 1e9;
 /// Particles are counted in 32 bits.
 inline constexpr double kMostParticles = 4e9;
 
-/// A solid of simple form: exactly one of its members is set. A box without thickness along an axis goes on along it without end: in two
+/// Where something is: exactly one of its members is set. A box without thickness along an axis goes on along it without end: in two
 /// dimensions shapes are what they cut out of the plane.
 struct Shape {
   struct Sphere {
     base::Vec3 center = base::Vec3::Zero();  // [m]
     double radius = 0.1;                     // [m]
   };
+  /// What a closed mesh encloses; of bodies only.
+  struct Mesh {
+    std::string file;                        // OBJ, PLY or STL
+    double scale = 1;                        // [m] of one of the file's units
+    base::Vec3 translate = base::Vec3::Zero();  // [m] after scaling
+    base::Vec3 shift = base::Vec3::Zero();   // [m] of an image at the other side of a periodic axis
+    std::shared_ptr<const ClosedMesh> solid; // once the file is read; until then it holds nothing
+  };
   std::optional<base::Box> box;
   std::optional<Sphere> sphere;
-  void params(base::Params&);
-  /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction.
+  std::optional<Mesh> mesh;
+  /// A collider `may_be_mesh` not.
+  void params(base::Params&, bool may_be_mesh);
+  bool any() const { return box || sphere || mesh; }
+  /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh the sign alone, and no normal.
   double distance(const base::Vec3& at, base::Vec3* normal = nullptr) const;
   base::Box bounds() const;
 };

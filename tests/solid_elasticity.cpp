@@ -184,6 +184,37 @@ TEST(SolidElasticity, StiffnessBoundsEveryPlaneWave) {
   EXPECT_GT(tightest, 0.9);   // no idle bound
 }
 
+// Hencky's energy is convex along rank-one changes while all stretches are within [.2116, e^(1/3)] [Bruhns01], whatever Poisson's ratio, and
+// beyond that no longer everywhere: pulled along one axis to e, along all three to exp((lambda + 2 mu)/(3 lambda + 2 mu)).
+TEST(SolidElasticity, HenckysLawIsEllipticUpToTheCubeRootOfEAndNotFarBeyond) {
+  std::mt19937 rng(18);
+  std::uniform_real_distribution<double> u(-1, 1), stretch(0.2117, 1.3955);
+  for (const double poisson : {0.0, 0.3, 0.45}) {
+    const Hencky law{Lame::of(1, poisson)};
+    const auto curvature = [&](const Dense<3>& f, const Eigen::Vector3d& m, const Eigen::Vector3d& n) {
+      constexpr double h = 1e-3;
+      const Dense<3> along = m * (f.transpose() * n).transpose();
+      return (energy<3>(law, f + h * along) - 2 * energy<3>(law, f) + energy<3>(law, f - h * along)) / (h * h);
+    };
+    double least = 1;
+    for (int k = 0; k < 20000; ++k) {
+      const Dense<3> f = Eigen::Vector3d(stretch(rng), stretch(rng), stretch(rng)).asDiagonal();
+      const Eigen::Vector3d m(u(rng), u(rng), u(rng)), n(u(rng), u(rng), u(rng));
+      least = std::min(least, curvature(f, m.normalized(), n.normalized()));
+    }
+    EXPECT_GT(least, 0) << poisson;
+    EXPECT_LT(least, 0.2) << poisson;   // near the edge of the domain little is left
+    const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+    const auto at_edge = [&](double edge, const Dense<3>& below, const Dense<3>& above) {
+      EXPECT_GT(curvature(below, x, x), 0) << edge;
+      EXPECT_LT(curvature(above, x, x), 0) << edge;
+    };
+    const double e = std::exp(1.0), all = std::exp((law.lame.lambda + 2 * law.lame.mu) / (3 * law.lame.lambda + 2 * law.lame.mu));
+    at_edge(e, Eigen::Vector3d(0.99 * e, 1, 1).asDiagonal(), Eigen::Vector3d(1.01 * e, 1, 1).asDiagonal());
+    at_edge(all, 0.99 * all * Dense<3>::Identity(), 1.01 * all * Dense<3>::Identity());
+  }
+}
+
 // At rest the bound is the speed of pressure waves itself.
 TEST(SolidElasticity, StiffnessAtRestIsThatOfPressureWaves) {
   const double exact = kLame.lambda + 2 * kLame.mu;

@@ -10,6 +10,7 @@
 #include "base/atomic_file.h"
 #include "base/checksum.h"
 #include "base/error.h"
+#include "render/mesh_file.h"
 
 namespace app {
 namespace {
@@ -113,9 +114,24 @@ void add_built_in(const render::Setting& setting, Node& keys) {
   for (const render::Light& light : render::default_lights(setting.domain)) lights.items.push_back(complete_node(light));
 }
 
-// What the files hold that pictures are made from: a file that changed makes other pictures.
-void add_contents(const render::Setting& setting, Node& keys) {
-  const std::vector<std::filesystem::path> files = setting.files();
+/// Reads the mesh of a body; refuses one that is not closed.
+void read_body(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / mesh.file;
+  const render::Triangles triangles = render::read_mesh(path);
+  mesh.solid = std::make_shared<const sim::ClosedMesh>(triangles.position, triangles.triangles, mesh.scale, mesh.translate);
+  if (!mesh.solid->objection().empty()) base::throw_input(path.string(), mesh.solid->objection());
+}
+
+/// Files that bodies are made from.
+std::vector<std::filesystem::path> body_files(const Shot& shot) {
+  std::vector<std::filesystem::path> files;
+  for (const sim::Body& body : shot.scene.bodies)
+    if (body.shape.mesh) files.push_back(shot.file.parent_path() / body.shape.mesh->file);
+  return files;
+}
+
+// What the files hold that a stage is made from: a file that changed makes something else.
+void add_contents(const std::vector<std::filesystem::path>& files, Node& keys) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     const auto sum = base::sum_of(files[i]);
     if (!sum) base::throw_input(files[i].string(), "cannot be read");
@@ -186,7 +202,7 @@ void Shot::params(base::Params& p) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const sim::Body& body = scene.bodies[i];
     const std::string key = "body." + std::to_string(i + 1);
-    p.require(body.shape.box || body.shape.sphere, key + ".shape", "a body needs a shape");
+    p.require(body.shape.any(), key + ".shape", "a body needs a shape");
     if (flat) continue;
     require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
     const bool same = look_of(body) == look_of(scene.bodies.front());
@@ -197,14 +213,17 @@ void Shot::params(base::Params& p) {
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const sim::Collider& collider = scene.colliders[i];
     const std::string key = "collider." + std::to_string(i + 1);
-    p.require(collider.shape.box || collider.shape.sphere, key + ".shape", "a collider needs a shape");
+    p.require(collider.shape.any(), key + ".shape", "a collider needs a shape");
     if (!flat) require_look(p, render.looks, collider.look, key + ".look");
   }
   for (std::size_t i = 0; i < render.sets.size(); ++i) require_look(p, render.looks, render.sets[i].look, "set." + std::to_string(i + 1) + ".look");
 }
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  return make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
+  Shot shot = make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
+  for (sim::Body& body : shot.scene.bodies)
+    if (body.shape.mesh) read_body(*body.shape.mesh, file.parent_path());
+  return shot;
 }
 
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
@@ -231,7 +250,8 @@ bool is_resolved(const std::string& text) {
 
 std::string stage_text(const Shot& shot, const std::string& stage) {
   Node keys = stage_keys(shot, stage);
-  if (stage == "render" || stage == "preview") add_contents(shot.render, keys);
+  if (stage == "simulate") add_contents(body_files(shot), keys);
+  if (stage == "render" || stage == "preview") add_contents(shot.render.files(), keys);
   return shot_text(keys);
 }
 
