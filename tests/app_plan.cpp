@@ -61,7 +61,7 @@ TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
   for (const char* line : {"\nsimulate +liquid +sim\\.solver +\"fluid\"\n|^simulate +liquid +sim\\.solver +\"fluid\"\n", "\n +polypic +sim\\.transfer +\"polypic\"\n", "\n +gravity +effect\\.1\\.kind +\"gravity\"\n",
                            "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
-                           "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b", "\nparticles +[0-9]+, each 180 B: cell 12, offset 12, id 8, coefficients 96, order 52\n",
+                           "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b", "\nparticles +[0-9]+, each 172 B: cell 12, offset 12, id 8, coefficients 96, order 44\n",
                            "\nsimulate +sort p2g forces pressure extrapolate volume g2p advect collide write_points checkpoint\n", "\nsurface +rasterize rebuild smooth velocity write_surface\n",
                            "\nrender +mesh bvh trace write_image\n", "\nCPU +[0-9.]+ .* for 2 frames; a frame: render ", "\nmemory +[0-9.]+ MB\n", "\ndisk +[0-9.]+ [kM]B: ",
                            "measured on this machine in .*earlier predictions were off by nothing yet"})
@@ -109,7 +109,7 @@ TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   const Outcome again = run({"plan", "x.toml", "--set", "render.width=80"});
   EXPECT_EQ(again.err, "") << "other sizes need no new measurement";
   const Outcome told = run({"run", "x.toml"});
-  EXPECT_TRUE(has(told.out, "\nplan +liquid, linear kernel, 8 modes; off: .*; 180 B a particle, .* of CPU, [0-9.]+ MB\n")) << told.out;
+  EXPECT_TRUE(has(told.out, "\nplan +liquid, linear kernel, 8 modes; off: .*; 172 B a particle, .* of CPU, [0-9.]+ MB\n")) << told.out;
   EXPECT_TRUE(has(run({"plan", "x.toml"}).out, "earlier predictions were off by CPU [0-9]+ %, memory [0-9]+ %, disk [0-9]+ % \\(median of 1 run\\)\n"));
 }
 
