@@ -44,7 +44,7 @@ double stream(int threads) {
 double multiply_adds(int threads) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
   constexpr std::size_t kRounds = 4 << 20, kChains = 12;
-  static std::vector<float> sinks(64 * std::size_t(threads));
+  std::vector<float> sinks(64 * std::size_t(threads));
   const double s = best_of(5, [&] {
     base::parallel_chunks(std::size_t(threads), 1, [&](std::size_t t, std::size_t) {
       __m256 x[kChains];
@@ -59,6 +59,7 @@ double multiply_adds(int threads) {
       _mm256_storeu_ps(&sinks[64 * t], x[0]);
     });
   });
+  benchmark::DoNotOptimize(sinks.data());
   return 16.0 * double(kRounds * kChains) * threads / s;
 }
 

@@ -70,6 +70,9 @@ struct NoShapes {
   static constexpr bool empty() { return true; }
   static constexpr std::size_t size() { return 0; }
   void push_back(const Shape&) {}
+  void clear() {}
+  static constexpr const Shape* data() { return nullptr; }
+  const Shape& operator[](std::size_t i) const { return begin()[i]; }
   operator const std::vector<Shape>&() const {
     static const std::vector<Shape> none;
     return none;

@@ -224,9 +224,10 @@ TEST(Carry, HybridGoesByBlocksToTheSameBits) {
     constexpr int D = Layout::kDimension;
     for (const bool periodic : {false, true})
       for (const int edge : {8, 10, 13})
-        for (const Home home : {Home::cell, Home::nearest_node}) {
+        for (const bool own : {false, true}) {
           const Lattice<D> lattice = lattice_of<D>(edge, periodic);
           const GridTransfer<Layout> transfer(Kernel::quadratic, prefix<D>(Kernel::quadratic));
+          const Home home = own ? transfer.home() : Home::cell;
           auto particles = random_particles<D, float>(lattice, D == 2 ? 60 : 700, transfer.modes().size(), 81);
           for (auto& cell : particles.cell) cell[0] %= edge / 2;   // a crowd with rims
           const CellRanges ranges = CanonicalOrder<D, float>().sort(particles, lattice, home);
