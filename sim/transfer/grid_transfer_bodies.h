@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "sim/transfer/carry.h"
 #include "sim/transfer/grid_transfer.h"
+#include "sim/transfer/tiles.h"
 
 namespace sim {
 namespace {
@@ -154,21 +155,6 @@ typename Layout::Real read(const typename Layout::Field& field, int component, s
   return index < 0 ? typename Layout::Real(0) : Layout::at(field, component, std::size_t(index));
 }
 
-/// Values of a block's tile, component by component; what is not active stays as it is.
-template <class Layout, int kTile, std::size_t size>
-void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout::kDimension>& block, const typename Layout::Field& field,
-               std::array<typename Layout::Real, size>& tile) {
-  constexpr std::size_t places = size / Layout::kDimension;
-  blocks.template for_tile<kTile>(block, [&](int to, std::size_t from, auto count) {
-    for (int c = 0; c < Layout::kDimension; ++c) {
-      constexpr int step = Layout::kLattices == 1 ? Layout::kDimension : 1;   // from place to place
-      const auto* const __restrict value = &Layout::at(field, c, from);
-      auto* const __restrict own = &tile[std::size_t(c) * places + std::size_t(to)];
-      for (int k = 0; k < count; ++k) own[k] = value[k * step];
-    }
-  });
-}
-
 /// The fast path: a block's particles from a tile of the field around it. n nodes a stencil and axis.
 template <class Layout, int n>
 void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b, const ActiveBlocks<Layout::kDimension>& blocks,
@@ -179,53 +165,17 @@ void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b,
   if constexpr (std::is_same_v<Real, float>) {
     std::array<Real, std::size_t(D * int_power(kTile, D))> now{}, then;
     const Cell<D> block = blocks.lattice().block_at(ranges.occupied[b]);
-    load_tile<Layout, kTile>(blocks, block, velocity, now);
+    load_tile<Layout, kTile>(blocks, block, velocity, now.data());
     lanes::Gathering g{.tile = now.data(), .keep = float(rule.keep)};
     if (rule.flip) {
       then.fill(0);
-      load_tile<Layout, kTile>(blocks, block, *before, then);
+      load_tile<Layout, kTile>(blocks, block, *before, then.data());
       g.before = then.data();
     }
     if (gradients) g.gradient = gradients->front().data();
     kernel(lanes_of(ranges, b, particles, particles.coefficients.data()), g);
   }
 }
-
-/// The least mass of a quadratic stencil, for all stencils of a block's particles: minima of three neighbours, one axis after the other.
-template <class Layout>
-class LeastMasses {
- public:
-  static constexpr int D = Layout::kDimension, n = 3, kEdge = Lattice<D>::kBlock + n;
-  using Real = typename Layout::Real;
-
-  LeastMasses(const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Mass& mass) {
-    for (int a = 0; a < D; ++a) first_[a] = block[a] * Lattice<D>::kBlock - 1;
-    blocks.template for_tile<kEdge>(block, [&](int to, std::size_t from, auto count) {
-      for (int l = 0; l < Layout::kLattices; ++l)
-        for (int k = 0; k < count; ++k) least_[l][std::size_t(to + k)] = Layout::mass(mass, l)[from + std::size_t(k)];
-    });
-    for (auto& least : least_)
-      for (std::size_t step = 1; step < kPlaces; step *= kEdge)
-        for (std::size_t i = 0; i + 2 * step < kPlaces; ++i) least[i] = std::min({least[i], least[i + step], least[i + 2 * step]});
-  }
-  /// Of a stencil; -1 if it is none of the block's.
-  template <class Weights>
-  std::ptrdiff_t place(const Stencil<Weights, D>& stencil) const {
-    std::ptrdiff_t place = 0;
-    for (int a = 0; a < D; ++a) {
-      const int at = stencil[a].base - first_[a];
-      if (at < 0 || at > kEdge - n) return -1;
-      place = place * kEdge + at;
-    }
-    return place;
-  }
-  Real at(int lattice, std::ptrdiff_t place) const { return least_[std::size_t(lattice)][std::size_t(place)]; }
-
- private:
-  static constexpr std::size_t kPlaces = std::size_t(int_power(kEdge, D));
-  Cell<D> first_;                                                                    // of the stencil at place 0
-  std::array<std::array<Real, kPlaces>, std::size_t(Layout::kLattices)> least_{};    // 0 where no block is active
-};
 
 /// dv/dx along an axis from the coefficients of all modes: the kernel's derivative is dual[w] - x (1 - 4 x^2) dual[g].
 template <int D, class Real>
@@ -367,9 +317,10 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
   std::vector<unsigned> axes;   // of each mode
   for (const ModeIndex<D>& mode : modes_) axes.push_back(bent_axes<D>(mode));
 
-  const auto is_light = [&](int l, const Stencil<Weights, D>& stencil) {
+  const Real light = Real(kLightNode);
+  const auto look_up = [&](int l, const Stencil<Weights, D>& stencil) {
     const auto nodes = blocks.template places<Weights::kNodes>(first_node<Weights, D>(stencil));
-    return std::any_of(nodes.begin(), nodes.end(), [&](std::ptrdiff_t i) { return value_at(Layout::mass(mass, l), i, Real(0)) < Real(kLightNode); });
+    return std::any_of(nodes.begin(), nodes.end(), [&](std::ptrdiff_t i) { return value_at(Layout::mass(mass, l), i, Real(0)) < light; });
   };
   const auto limit_some = [&](std::size_t begin, std::size_t end, const auto& beside_light) {
     std::int64_t scaled = 0;
@@ -377,7 +328,7 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
       const ParticleStencils<Weights, Layout> there(from.cell[p], from.offset[p]), here(particles.cell[p], particles.offset[p]);
       for (int l = 0; l < Layout::kLattices; ++l) {
         const Stencil<Weights, D> before = there.of(l), now = here.of(l);
-        if (carry == Carry::hybrid && !beside_light(p, l, before)) continue;
+        if (carry == Carry::hybrid && !beside_light(l, before)) continue;
         std::array<Real, std::size_t(int_power(2, D))> factor{};   // by bent axes
         for (unsigned bent = 1; bent < factor.size(); ++bent) {
           Real product_before = 1, product_now = 1;
@@ -401,7 +352,6 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
     return scaled;
   };
   const auto add = [](std::int64_t a, std::int64_t b) { return a + b; };
-  const auto look_up = [&](std::size_t, int l, const Stencil<Weights, D>& stencil) { return is_light(l, stencil); };
   if (ranges.occupied.empty() || carry == Carry::limited)
     return base::ordered_reduce(particles.size(), kChunk, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
       return limit_some(begin, end, look_up);
@@ -410,9 +360,9 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
   return base::ordered_reduce(ranges.occupied.size(), 1, std::int64_t{0}, [&](std::size_t b, std::size_t) {
     const Cell<D> block = blocks.lattice().block_at(ranges.occupied[b]);
     const LeastMasses<Layout> least(blocks, block, mass);
-    return limit_some(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], [&](std::size_t p, int l, const Stencil<Weights, D>& stencil) {
+    return limit_some(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], [&](int l, const Stencil<Weights, D>& stencil) {
       const std::ptrdiff_t place = least.place(stencil);
-      return place < 0 ? look_up(p, l, stencil) : least.at(l, place) < Real(kLightNode);
+      return place < 0 ? look_up(l, stencil) : least.at(l, place) < light;
     });
   }, add);
 }

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "sim/transfer/grid_transfer.h"
+#include "sim/transfer/tiles.h"
 
 namespace sim {
 
@@ -23,14 +24,7 @@ class NearField {
       first_[a] = first - kBefore;
       cells_[a] = unsigned(std::min(Lattice<D>::kBlock, blocks.lattice().cells[a] - first) + 2 * kReach);
     }
-    blocks.template for_tile<kEdge, kBefore>(block, [&](int to, std::size_t from, auto count) {
-      for (int c = 0; c < D; ++c) {
-        constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
-        const Real* const __restrict value = &Layout::at(field, c, from);
-        Real* const __restrict own = &values_[std::size_t(c * kPlaces + to)];
-        for (int k = 0; k < count; ++k) own[k] = value[k * step];
-      }
-    });
+    load_tile<Layout, kEdge, kBefore>(blocks, block, field, values_.data());
   }
   /// Of a cell as it is counted from the block, images beyond a periodic side not wrapped.
   bool covers(const Cell<D>& cell) const {

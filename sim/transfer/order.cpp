@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t kAhead = 48;     // particles whose data are called for before they are needed
 constexpr std::size_t kShortRow = 8;   // numbers: as cheap to move as to look up
-constexpr std::uint32_t kNewBlock = std::numeric_limits<std::uint32_t>::max();
 
 /// Numbers of blocks that were looked up last: particles of one block mostly follow each other, and its neighbours come again.
 template <int D>
@@ -113,7 +112,6 @@ void CanonicalOrder<D, Real>::find_cells(const Particles<D, Real>& particles, co
       const std::int64_t key = lattice.block_key(block);
       const std::int32_t number = recent(block, key, [&](std::int64_t k) { return table_.find(k); });
       if (number < 0) {
-        cell_[p] = kNewBlock;
         unknown.push_back({std::uint32_t(p), key});
       } else {
         cell_[p] = std::uint32_t(number) * std::uint32_t(per_block) + std::uint32_t(Lattice<D>::local_of(at));

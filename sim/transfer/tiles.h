@@ -1,0 +1,62 @@
+#pragma once
+// Dense copies of what lies around one block, for passes that go through its particles.
+#include <algorithm>
+#include <array>
+
+#include "sim/transfer/blocks.h"
+#include "sim/transfer/tensor.h"
+
+namespace sim {
+
+/// Values of a field on a block's tile (ActiveBlocks::for_tile), kTile^D numbers for each component; what is not active stays as it is.
+template <class Layout, int kTile, int kBefore = 1>
+void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout::kDimension>& block, const typename Layout::Field& field,
+               typename Layout::Real* tile) {
+  constexpr int D = Layout::kDimension, places = int_power(kTile, D);
+  blocks.template for_tile<kTile, kBefore>(block, [&](int to, std::size_t from, auto count) {
+    for (int c = 0; c < D; ++c) {
+      constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
+      const auto* const __restrict value = &Layout::at(field, c, from);
+      auto* const __restrict own = &tile[c * places + to];
+      for (int k = 0; k < count; ++k) own[k] = value[k * step];
+    }
+  });
+}
+
+/// The least mass of a quadratic stencil, for all stencils of a block's particles: minima of three neighbours, one axis after the other.
+template <class Layout>
+class LeastMasses {
+ public:
+  static constexpr int D = Layout::kDimension, n = 3, kEdge = Lattice<D>::kBlock + n;
+  using Real = typename Layout::Real;
+
+  LeastMasses(const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Mass& mass) {
+    for (int a = 0; a < D; ++a) first_[a] = block[a] * Lattice<D>::kBlock - 1;
+    blocks.template for_tile<kEdge>(block, [&](int to, std::size_t from, auto count) {
+      for (int l = 0; l < Layout::kLattices; ++l)
+        for (int k = 0; k < count; ++k) least_[l][std::size_t(to + k)] = Layout::mass(mass, l)[from + std::size_t(k)];
+    });
+    for (auto& least : least_)
+      for (std::size_t step = 1; step < kPlaces; step *= kEdge)
+        for (std::size_t i = 0; i + 2 * step < kPlaces; ++i) least[i] = std::min({least[i], least[i + step], least[i + 2 * step]});
+  }
+  /// Of a stencil; -1 if it is none of the block's.
+  template <class Weights>
+  std::ptrdiff_t place(const Stencil<Weights, D>& stencil) const {
+    std::ptrdiff_t place = 0;
+    for (int a = 0; a < D; ++a) {
+      const int at = stencil[a].base - first_[a];
+      if (at < 0 || at > kEdge - n) return -1;
+      place = place * kEdge + at;
+    }
+    return place;
+  }
+  Real at(int lattice, std::ptrdiff_t place) const { return least_[std::size_t(lattice)][std::size_t(place)]; }
+
+ private:
+  static constexpr std::size_t kPlaces = std::size_t(int_power(kEdge, D));
+  Cell<D> first_;                                                                    // of the stencil at place 0
+  std::array<std::array<Real, kPlaces>, std::size_t(Layout::kLattices)> least_{};    // 0 where no block is active
+};
+
+}  // namespace sim
