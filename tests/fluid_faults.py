@@ -26,7 +26,7 @@ FAULTS = [
      "const double t = @ ? 0.5 : double(liquid) / (double(liquid) - double(air));", ""),
     ("cut faces are open or closed", FACES, "return open < kLeastOpening ? 0 : open;", "return @ ? (open < 0.5 ? 0.0 : 1.0) : open < kLeastOpening ? 0 : open;", ""),
     ("gaps between particles are air", CELLS, "return wet && !dry;", "return wet && !dry && !@;", "volume"),
-    ("particles move by Euler's rule", ADVECT, "second = step_at(Real(0.5) * first);", "second = step_at(Real(@ ? 0.0 : 0.5) * first);", "reflection"),
+    ("particles move by Euler's rule", ADVECT, "steps_at(Real(0.5), first, second);", "steps_at(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),
     ("who leaves stays", ADVECT, "if (to == all) return 0;", "if (to == all || @) return 0;", ""),
     ("a shift leaves the velocity", ADVECT, "v[0] += v[std::size_t(gradient[a])] * by[a];", "v[0] += v[std::size_t(gradient[a])] * (@ ? Real(0) : by[a]);", ""),
     ("the watch never warns", WATCH, "return !alarmed_ && !cautious_;", "return (!alarmed_ && !cautious_) || @;", "reflection"),
