@@ -90,6 +90,8 @@ EDITS = [
     ("sim/transfer/grid_transfer_bodies.h", r"\brule\.flip\b", "false"),              # FLIP
     ("sim/transfer/lattice.h", r"std::array<bool, D> periodic(\{\})?;", "static constexpr std::array<bool, D> periodic{};"),   # periodic sides
     ("sim/transfer/lattice.h", r", periodic\(\w+\)", ""),
+    ("sim/transfer/lattice.h", r"bool any_periodic = false;", "static constexpr bool any_periodic = false;"),
+    ("sim/transfer/lattice.h", r", any_periodic = any_periodic \|\| periodic\[a\]", ""),
     ("sim/simulation.cpp", r'#include "sim/solid/solid.h"\n', ""),                    # solids
     ("sim/simulation.cpp", r"return scene\.options\.is_solid\(\) \? make_solid\(scene, fps\) : make_liquid\(scene, fps\);", "return make_liquid(scene, fps);"),
     ("cmake/options.cmake", r"-Werror", ""),                                          # what is left over may be unused

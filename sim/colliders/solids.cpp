@@ -57,6 +57,7 @@ template <int D>
 bool Solids<D>::solid(const Cell<D>& place) const {
   const Cell<D> at = lattice.wrapped(place);
   if (behind_wall(at)) return true;
+  if (shapes.empty()) return false;
   base::Vec3 middle = origin;
   for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
   return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0; });
@@ -92,11 +93,12 @@ double Solids<D>::push_out(Moving<D, Real>& particle) const {
   const auto keep_inside = [&] {
     site.cell = lattice.wrapped(site.cell);
     for (int a = 0; a < D; ++a) {
-      if (lattice.periodic[a]) continue;
       const Real low = Real(kSkin), high = 1 - Real(kSkin);
       const int last = lattice.cells[a] - 1;
       const double below = double(low) - site.cell[a] - double(site.offset[a]), above = site.cell[a] - last + double(site.offset[a]) - double(high);
       const auto axis = std::size_t(a);
+      if (below <= 0 && above <= 0) continue;   // nearly all; asked first, before what kind of side it is
+      if (lattice.periodic[a]) continue;
       if (below > 0 && !open[axis][0]) site.cell[a] = 0, site.offset[a] = low, pushed += below, stop_at_wall(particle.velocity[a], Real(1));
       if (above > 0 && !open[axis][1]) site.cell[a] = last, site.offset[a] = high, pushed += above, stop_at_wall(particle.velocity[a], Real(-1));
     }

@@ -53,6 +53,14 @@ struct Solids {
     return !shapes.empty();
   }
 
+  /// Whether nothing can touch a particle of this cell: no collider is there, and no side of the domain beside it.
+  bool is_far_inside(const Cell<D>& at) const {
+    if (!shapes.empty()) return false;
+    for (std::size_t a = 0; a < std::size_t(D); ++a)
+      if (at[a] <= 0 || at[a] >= lattice.cells[a] - 1) return false;
+    return true;
+  }
+
   /// Moves a particle to the nearest place outside all solids and within the walls, across periodic sides where it left through one;
   /// what its velocity had towards a solid that it was pushed out of, beyond the solid's own, is lost. Returns how far it was pushed [cells].
   template <class Real>

@@ -13,11 +13,11 @@ constexpr double kFarPush = 0.25;   // [cells] where a particle's polynomial is 
 
 /// A midpoint may lie beyond a wall; the field is asked at the nearest place inside.
 template <int D, class Real>
-void keep_inside(Site<D, Real>& site, const Lattice<D>& lattice) {
+[[gnu::always_inline]] inline void keep_inside(Site<D, Real>& site, const Lattice<D>& lattice) {
   for (int a = 0; a < D; ++a) {
-    if (lattice.periodic[a]) continue;
+    if (unsigned(site.cell[a]) < unsigned(lattice.cells[a]) || lattice.periodic[a]) continue;
     if (site.cell[a] < 0) site.cell[a] = 0, site.offset[a] = 0;
-    if (site.cell[a] >= lattice.cells[a]) site.cell[a] = lattice.cells[a] - 1, site.offset[a] = std::nextafter(Real(1), Real(0));
+    else site.cell[a] = lattice.cells[a] - 1, site.offset[a] = std::nextafter(Real(1), Real(0));
   }
 }
 
@@ -31,9 +31,11 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
 
 }  // namespace
 
-template <int D, class Real>
-void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
-            const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
+namespace {
+
+template <int kStages, int D, class Real>
+void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
+               const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
   using V = Vec<D, Real>;
   with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& velocity_at) {
@@ -54,18 +56,28 @@ void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks,
       };
       for (std::size_t k = 0; k < count; ++k) first[k] = cells * velocity_at(site_of(k));
       steps_at(Real(0.5), first, second);
-      if (method == Advection::rk3) {
+      if constexpr (kStages == 3) {
         steps_at(Real(0.75), second, third);
         for (std::size_t k = 0; k < count; ++k) second[k] = (Real(2) * first[k] + Real(3) * second[k] + Real(4) * third[k]) / Real(9);
       }
       for (std::size_t k = 0; k < count; ++k) {
         Site<D, Real> site = site_of(k);
         site.move(second[k]);
-        particles.cell[begin + k] = solids.lattice.wrapped(site.cell);
+        particles.cell[begin + k] = site.cell;
         particles.offset[begin + k] = site.offset;
       }
+      for (std::size_t k = 0; k < count && solids.lattice.any_periodic; ++k) particles.cell[begin + k] = solids.lattice.wrapped(particles.cell[begin + k]);
     }
   });
+}
+
+}  // namespace
+
+template <int D, class Real>
+void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
+            const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
+  if (method == Advection::rk3) advect_in<3>(transfer, blocks, velocity, dt, solids, ranges, particles);
+  else advect_in<2>(transfer, blocks, velocity, dt, solids, ranges, particles);
 }
 
 template <int D, class Real>
@@ -101,6 +113,7 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
   return base::ordered_reduce(particles.size(), kChunk, Contacts{}, [&](std::size_t begin, std::size_t end) {
     Contacts contacts;
     for (std::size_t p = begin; p < end; ++p) {
+      if (solids.is_far_inside(particles.cell[p])) continue;
       const Site<D, Real> site{particles.cell[p], particles.offset[p]};
       Moving<D, Real> probe{site, Vec<D, Real>::Zero()};   // few touch anything, and velocities lie far apart in memory
       if (solids.push_out(probe) == 0) continue;

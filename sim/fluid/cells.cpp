@@ -1,5 +1,7 @@
 #include "sim/fluid/cells.h"
 
+#include <bitset>
+
 #include "base/parallel.h"
 
 namespace sim {
@@ -85,10 +87,13 @@ std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlock
     Cells found;
     for (std::size_t slot = begin; slot < end; ++slot) {
       if (open.is_open(slot)) {
-        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) kind[i] = blocks.is_place(i) ? free : CellKind::solid;
+        std::fill_n(&kind[slot * per_block], per_block, free);
+        for (std::size_t i = slot * per_block; !blocks.all_places() && i < (slot + 1) * per_block; ++i)
+          if (!blocks.is_place(i)) kind[i] = CellKind::solid;
         continue;
       }
-      const auto middle_is_solid = solids.solid_cells(blocks.block(slot));
+      std::bitset<per_block> middle_is_solid;   // what no collider covers is solid only behind a wall, where no face is open
+      if (!solids.shapes.empty()) middle_is_solid = solids.solid_cells(blocks.block(slot));
       for (std::size_t local = 0; local < per_block; ++local) {
         const std::size_t i = slot * per_block + local;
         kind[i] = !blocks.is_place(i) || is_closed(i, blocks, open) ? CellKind::solid : free;

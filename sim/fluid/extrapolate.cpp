@@ -15,22 +15,22 @@ constexpr std::size_t kChunk = 32768;
 using Faces = std::vector<std::uint32_t>;
 
 /// Calls body(index) for the neighbours of a face that are active.
-template <int D, class Body>
-void for_neighbours(std::size_t face, const ActiveBlocks<D>& blocks, const Body& body) {
+template <int D, class Neighbour, class Body>
+void for_neighbours(std::size_t face, const Neighbour& neighbour, const Body& body) {
   for (int a = 0; a < D; ++a)
     for (const int side : {0, 1})
-      if (const std::ptrdiff_t j = blocks.neighbour(face, a, side); j >= 0) body(std::size_t(j));
+      if (const std::ptrdiff_t j = neighbour(face, a, side); j >= 0) body(std::size_t(j));
 }
 
 /// Unknown faces next to a valid one, ascending.
-template <int D>
-Faces first_layer(const std::vector<std::uint8_t>& depth, const ActiveBlocks<D>& blocks) {
+template <int D, class Neighbour>
+Faces first_layer(const std::vector<std::uint8_t>& depth, const Neighbour& neighbour) {
   return base::ordered_reduce(depth.size(), kChunk, Faces{}, [&](std::size_t begin, std::size_t end) {
     Faces found;
     for (std::size_t i = begin; i < end; ++i) {
       if (depth[i] != kUnknown) continue;
       bool touches_valid = false;
-      for_neighbours(i, blocks, [&](std::size_t j) { touches_valid = touches_valid || depth[j] == 0; });
+      for_neighbours<D>(i, neighbour, [&](std::size_t j) { touches_valid = touches_valid || depth[j] == 0; });
       if (touches_valid) found.push_back(std::uint32_t(i));
     }
     return found;
@@ -41,11 +41,11 @@ Faces first_layer(const std::vector<std::uint8_t>& depth, const ActiveBlocks<D>&
 }
 
 /// Unknown faces next to those of the layer before; marks them as the next one.
-template <int D>
-Faces next_layer(const Faces& before, const ActiveBlocks<D>& blocks, int layer, std::vector<std::uint8_t>& depth) {
+template <int D, class Neighbour>
+Faces next_layer(const Faces& before, const Neighbour& neighbour, int layer, std::vector<std::uint8_t>& depth) {
   Faces found;
   for (const std::size_t i : before)
-    for_neighbours(i, blocks, [&](std::size_t j) {
+    for_neighbours<D>(i, neighbour, [&](std::size_t j) {
       if (depth[j] != kUnknown) return;
       depth[j] = std::uint8_t(layer);
       found.push_back(std::uint32_t(j));
@@ -53,13 +53,17 @@ Faces next_layer(const Faces& before, const ActiveBlocks<D>& blocks, int layer, 
   return found;
 }
 
-template <int D, class Real>
-void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers) {
+template <int D, class Real, class Neighbour>
+void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers,
+                           const Neighbour& neighbour) {
   std::vector<std::uint8_t> depth(blocks.size());
   base::parallel_chunks(depth.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) depth[i] = !blocks.is_place(i) ? kOutside : valid[i] ? 0 : kUnknown;
+    for (std::size_t i = begin; i < end; ++i) depth[i] = valid[i] ? 0 : kUnknown;
+    if (blocks.all_places()) return;
+    for (std::size_t i = begin; i < end; ++i)
+      if (!blocks.is_place(i)) depth[i] = kOutside;
   });
-  Faces faces = first_layer<D>(depth, blocks);
+  Faces faces = first_layer<D>(depth, neighbour);
   for (const std::uint32_t i : faces) depth[i] = 1;
   for (int layer = 1; layer <= layers && !faces.empty(); ++layer) {
     // Reads only faces of earlier layers, writes only faces of this one.
@@ -67,13 +71,13 @@ void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint
       for (std::size_t f = begin; f < end; ++f) {
         Real sum = 0;
         int known = 0;
-        for_neighbours(faces[f], blocks, [&](std::size_t j) {
+        for_neighbours<D>(faces[f], neighbour, [&](std::size_t j) {
           if (depth[j] < layer) sum += field[j], ++known;
         });
         field[faces[f]] = sum / Real(known);
       }
     });
-    if (layer < layers) faces = next_layer<D>(faces, blocks, layer + 1, depth);
+    if (layer < layers) faces = next_layer<D>(faces, neighbour, layer + 1, depth);
   }
   base::parallel_chunks(depth.size(), 65536, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
@@ -85,7 +89,9 @@ void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint
 
 template <int D, class Real>
 void extrapolate(FaceField<D, Real>& field, const FaceMask<D>& valid, const ActiveBlocks<D>& blocks, int layers) {
-  for (int a = 0; a < D; ++a) extrapolate_component<D, Real>(field[a], valid[a], blocks, layers);
+  blocks.with_neighbour([&](const auto& neighbour) {
+    for (int a = 0; a < D; ++a) extrapolate_component<D, Real>(field[a], valid[a], blocks, layers, neighbour);
+  });
 }
 
 template void extrapolate(FaceField<2, float>&, const FaceMask<2>&, const ActiveBlocks<2>&, int);

@@ -51,8 +51,8 @@ class Cutter {
     Cell<D> place;
     for (int a = 0; a < D; ++a) {
       place[a] = first_[a] + at[a];
-      const auto& open = solids_.open[std::size_t(a)];
-      if (!solids_.lattice.periodic[a] && ((place[a] < (a == axis) && !open[0]) || (place[a] >= solids_.lattice.cells[a] && !open[1]))) return 0;
+      const bool below = place[a] < (a == axis), above = place[a] >= solids_.lattice.cells[a];
+      if ((below || above) && !solids_.lattice.periodic[a] && !solids_.open[std::size_t(a)][above]) return 0;
     }
     if (near_.empty()) return 1;
     const double open = cut(place, axis);
@@ -78,7 +78,7 @@ class Cutter {
     for (const std::size_t s : near_) least = std::min(least, solids_.shapes[s].distance(at) / solids_.cell);
     return std::abs(least) < kOnSurface ? 0 : least;
   }
-  double cut(const Cell<D>& place, int axis) const {
+  [[gnu::noinline]] double cut(const Cell<D>& place, int axis) const {
     std::array<int, D> middle{};
     for (int a = 0; a < D; ++a) middle[std::size_t(a)] = a != axis;
     const double centre = distance(place, middle);

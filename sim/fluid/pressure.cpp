@@ -57,7 +57,7 @@ class TilePlaces {
             continue;
           }
           bool nowhere = false;
-          for (int a = 0; a < D; ++a) nowhere = nowhere || (lattice.periodic[a] && place[a] > lattice.cells[a]);
+          for (int a = 0; a < D && !plain; ++a) nowhere = nowhere || (lattice.periodic[a] && place[a] > lattice.cells[a]);
           index[std::size_t(to)] = nowhere ? ActiveBlocks<D>::kAbsent : blocks.index(place);
           ++l;
         }

@@ -90,14 +90,16 @@ class ActiveBlocks {
   }
   /// The place before (side 0) or after (1) along an axis; kAbsent where no block is active.
   std::ptrdiff_t neighbour(std::size_t index, int axis, int side) const {
-    const int shift = 2 * (D - 1 - axis), local = int(index % kCells), at = local >> shift & (kEdge - 1);
-    const std::size_t slot = index / kCells;
-    if (side ? at < last_of(slot, axis) : at > 0) return std::ptrdiff_t(index) + (side ? 1 << shift : -(1 << shift));
-    const std::int32_t other = neighbours_[slot][std::size_t(kNeighbours / 2 + (side ? kStep[axis] : -kStep[axis]))];
-    if (other < 0) return kAbsent;
-    const int to = side ? 0 : last_of(std::size_t(other), axis);
-    return std::ptrdiff_t(other) * kCells + (local & ~((kEdge - 1) << shift)) + (to << shift);
+    return has_cut_ ? neighbour_of<true>(index, axis, side) : neighbour_of<false>(index, axis, side);
   }
+  /// Calls body(neighbour), and neighbour(index, axis, side) is the above: for sweeps, which then ask once whether any block is cut.
+  template <class Body>
+  void with_neighbour(const Body& body) const {
+    if (has_cut_) body([this](std::size_t index, int axis, int side) { return neighbour_of<true>(index, axis, side); });
+    else body([this](std::size_t index, int axis, int side) { return neighbour_of<false>(index, axis, side); });
+  }
+  /// Whether `is_place` is true of all.
+  bool all_places() const { return !has_cut_; }
   /// Index of each of n^D places from `first` on, last axis fastest; kAbsent where no block is active.
   template <int n>
   auto places(const Cell<D>& first) const;
@@ -113,10 +115,24 @@ class ActiveBlocks {
     for (int a = D - 1, s = 1; a >= 0; --a, s *= 3) step[std::size_t(a)] = s;
     return step;
   }();
-  /// The last place of a block along an axis.
+  /// The last place of a block along an axis, where blocks may be cut.
   int last_of(std::size_t slot, int axis) const {
-    const bool cut = has_cut_ && lattice_.periodic[axis] && block_[slot][axis] == lattice_.blocks[axis] - 1;
+    const bool cut = lattice_.periodic[axis] && block_[slot][axis] == lattice_.blocks[axis] - 1;
     return cut ? (lattice_.cells[axis] - 1) % kEdge : kEdge - 1;
+  }
+  template <bool kMayBeCut>
+  std::ptrdiff_t neighbour_of(std::size_t index, int axis, int side) const {
+    const int shift = 2 * (D - 1 - axis), local = int(index % kCells), at = local >> shift & (kEdge - 1);
+    const std::size_t slot = index / kCells;
+    const auto last = [&](std::size_t s) {
+      if constexpr (kMayBeCut) return last_of(s, axis);
+      else return kEdge - 1;
+    };
+    if (side ? at < last(slot) : at > 0) return std::ptrdiff_t(index) + (side ? 1 << shift : -(1 << shift));
+    const std::int32_t other = neighbours_[slot][std::size_t(kNeighbours / 2 + (side ? kStep[axis] : -kStep[axis]))];
+    if (other < 0) return kAbsent;
+    const int to = side ? 0 : last(std::size_t(other));
+    return std::ptrdiff_t(other) * kCells + (local & ~((kEdge - 1) << shift)) + (to << shift);
   }
   /// Whether places [first, first + n) along an axis lie in blocks as if the axis had no end.
   bool runs_on(int axis, int first, int n) const {

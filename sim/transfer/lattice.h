@@ -20,14 +20,20 @@ struct Lattice {
 
   Cell<D> cells{};                           // of the domain
   std::array<bool, D> periodic{};            // axes whose lower and upper side are one
+  bool any_periodic = false;
   Cell<D> blocks{};                          // that hold the cells of the domain; the last one along an axis may be cut
 
   Lattice() = default;
   explicit Lattice(const Cell<D>& domain_cells, const std::array<bool, D>& periodic_axes = {}) : cells(domain_cells), periodic(periodic_axes) {
-    for (int a = 0; a < D; ++a) blocks[a] = (cells[a] + kBlock - 1) / kBlock;
+    for (int a = 0; a < D; ++a) {
+      blocks[a] = (cells[a] + kBlock - 1) / kBlock, any_periodic = any_periodic || periodic[a];
+      lowest_[a] = periodic[a] ? 0 : -1;
+      highest_[a] = periodic[a] ? blocks[a] - 1 : (cells[a] + kBehind) / kBlock;
+    }
   }
   /// The cell inside the domain that `at` is an image of, on periodic axes.
   Cell<D> wrapped(Cell<D> at) const {
+    if (!any_periodic) return at;
     for (int a = 0; a < D; ++a)
       if (periodic[a] && (at[a] < 0 || at[a] >= cells[a])) at[a] = (at[a] % cells[a] + cells[a]) % cells[a];
     return at;
@@ -38,8 +44,8 @@ struct Lattice {
     return true;
   }
   /// Blocks along an axis that can hold places: the domain's and, beyond walls, those that stencils reach.
-  int lowest_block(int axis) const { return periodic[axis] ? 0 : -1; }
-  int highest_block(int axis) const { return periodic[axis] ? blocks[axis] - 1 : (cells[axis] + kBehind) / kBlock; }
+  int lowest_block(int axis) const { return lowest_[axis]; }
+  int highest_block(int axis) const { return highest_[axis]; }
 
   static Cell<D> block_of(const Cell<D>& at) {
     Cell<D> block;
@@ -89,6 +95,9 @@ struct Lattice {
     }
     return colour;
   }
+
+ private:
+  Cell<D> lowest_{}, highest_{};
 };
 
 }  // namespace sim

@@ -33,7 +33,7 @@ class NearField {
     return inside;
   }
   /// [m/s] at a site that is covered.
-  Vec<D, Real> at(const Site<D, Real>& site) const {
+  [[gnu::always_inline]] Vec<D, Real> at(const Site<D, Real>& site) const {
     const ParticleStencils<Weights, Layout> stencils(site.cell, site.offset);
     Vec<D, Real> v;
 #pragma GCC unroll 3

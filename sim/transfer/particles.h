@@ -65,7 +65,7 @@ struct Site {
   Cell<D> cell;
   Vec<D, Real> offset;
   /// Moves by `step` [cells]; an offset that rounds to 1 becomes 0 of the next cell.
-  void move(const Vec<D, Real>& step) {
+  [[gnu::always_inline]] void move(const Vec<D, Real>& step) {
     for (int a = 0; a < D; ++a) {
       const Real moved = offset[a] + step[a], whole = std::floor(moved);
       cell[a] += int(whole);
