@@ -118,8 +118,8 @@ struct Options {
 
 /// [preview]: what --preview and the pictures of two-dimensional shots show.
 struct Preview {
-  std::string color = "speed";                              // "speed" | "velocity_x" | "velocity_y" | "velocity_z" | "vorticity"
-  std::optional<double> range = {};                         // of the colour bar [m/s, 1/s]; unset: one for the shot
+  std::string color = "speed";                              // one of attribute::kNames
+  std::optional<double> range = {};                         // of the colour bar, in the colour's unit; unset: one for the shot
   std::string draw = "points";                              // "points" | "surface"
   void params(base::Params&);
 };
@@ -135,6 +135,8 @@ struct Setting {
   std::vector<SetPiece> sets;
   std::string liquid_look = "water";
   std::vector<std::string> body_looks;                      // of grains, by their body; bodies beyond have liquid_look
+  bool shows_tension = false;                               // pressures may be below 0: those of solids
+  std::vector<std::string> materials;                       // by body, as a preview's legend calls them
   double fps = 24;                                          // [1/s]
   base::Box domain;                                         // its floor is the ground
   std::filesystem::path folder;                             // of the shot: where its files are

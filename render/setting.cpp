@@ -31,8 +31,9 @@ void check_keys(const Camera& c, base::Params& p) {
 void Preview::params(base::Params& p) {
   const std::span<const std::string_view> names = p.vector_size() == 3 ? std::span<const std::string_view>(attribute::kNames) : attribute::kFlatNames;
   p("color", color, "what previews (and two-dimensional pictures) are coloured by", names);
-  p("range", range, "m/s or 1/s", "end of the colour bar", base::above(0), "one that the shot hardly passes");
+  p("range", range, "the colour's", "end of the colour bar [m/s, 1/s, Pa, 1 or J/kg]", base::above(0), "one that the shot hardly passes");
   if (p.when(p.vector_size() == 3)) p("draw", draw, "the particles, or the surface made of them", kDraw);
+  p.require(draw == "points" || !attribute::only_particles_have(color), "color", "is known of particles only: preview.draw = \"surface\" cannot show it");
 }
 
 void CameraKey::params(base::Params& p) {

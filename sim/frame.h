@@ -16,6 +16,9 @@ struct Frame {
   std::vector<base::Vec3f> velocity;  // [m/s]
   std::vector<std::int64_t> id;       // from 0, kept for life
   std::vector<std::uint16_t> body;    // number of the scene's body, from 0; empty: all are of one kind
+  std::vector<float> pressure;        // [Pa]; this and what follows: empty unless sim.write asks
+  std::vector<float> strain;          // [1] sqrt(2/3) times the norm of the deviator of log U, F = R U the elastic deformation; of solids
+  std::vector<float> mode_energy;     // [J/kg] sum of 1/2 c_r^2 D_r over the modes above the constant
   double pscale = 0;                  // [m] radius of a sphere (in 2-D: a disc) with a particle's volume, the same for all
 };
 

@@ -224,6 +224,12 @@ void Effect::params(base::Params& p) {
   if (p.when(kind == "gravity")) p("acceleration", acceleration, "m/s^2", "acceleration of free fall");
 }
 
+void Write::params(base::Params& p, bool is_solid) {
+  p("pressure", pressure, "pressure [Pa]; of a liquid that of the last projection, 0 at the first frame");
+  if (p.when(is_solid)) p("strain", strain, "equivalent elastic strain [1]: of what is left of the logarithmic strain without its part in volume");
+  p("mode_energy", mode_energy, "energy in a particle's modes above the constant [J/kg]");
+}
+
 void Options::params(base::Params& p) {
   p("dimension", dimension, "1", "dimensions of space: 3, or 2 for a plane seen flat, y up", base::within(2, 3));
   p.vectors_have(dimension);
@@ -271,6 +277,7 @@ void Options::params(base::Params& p) {
   }
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
+  p.table("write", "what particles carry in the points files beside place, velocity and id", [&](base::Params& q) { write.params(q, is_solid()); });
 
   check_domain(*this, p);
   check_boundary(*this, p);

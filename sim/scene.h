@@ -95,6 +95,12 @@ struct Effect {
   void params(base::Params&);
 };
 
+/// What particles carry in the points files beside place, velocity and id.
+struct Write {
+  bool pressure = false, strain = false, mode_energy = false;   // as in Frame
+  void params(base::Params&, bool is_solid);
+};
+
 /// The keys of [sim].
 struct Options {
   std::int64_t dimension = 3;
@@ -118,6 +124,7 @@ struct Options {
   Advection advection = Advection::rk2;
   double volume_correction = 0.1;                              // [1] of its liquid's change in density that a step takes back; 0: none
   Carry carry = Carry::fixed;
+  Write write;
   bool is_solid() const { return solver == "solid"; }
   bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);

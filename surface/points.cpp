@@ -30,6 +30,13 @@ using IdArray = openvdb::points::TypedAttributeArray<std::int64_t>;
 using ScaleArray = openvdb::points::TypedAttributeArray<float>;
 using BodyArray = openvdb::points::TypedAttributeArray<std::int32_t>;
 
+/// What a frame may hold a number of for each particle, and its name in the file.
+struct Scalar {
+  const char* name;
+  std::vector<float> sim::Frame::* values;
+};
+constexpr std::array<Scalar, 3> kScalars = {{{"pressure", &sim::Frame::pressure}, {"strain", &sim::Frame::strain}, {"mode_energy", &sim::Frame::mode_energy}}};
+
 /// [m] power of two next to the edge of a cell with eight particles.
 double point_voxel(const sim::Frame& frame) { return frame.pscale > 0 ? std::exp2(std::round(std::log2(3.2 * frame.pscale))) : 1.0 / 32; }
 
@@ -41,6 +48,12 @@ void check(const std::filesystem::path& path, const sim::Frame& frame, double vo
     if (!frame.velocity[i].allFinite() || !frame.position[i].allFinite() || frame.position[i].cwiseAbs().maxCoeff() > reach)
       throw std::logic_error(path.string() + ": particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) +
                              " has no finite position and velocity");
+  for (const Scalar& scalar : kScalars) {
+    const std::vector<float>& values = frame.*scalar.values;
+    if (!values.empty() && values.size() != n) throw std::logic_error("frame arrays differ in length");
+    if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
+      throw std::logic_error(path.string() + ": a particle of frame " + std::to_string(frame.number) + " has no finite " + scalar.name);
+  }
 }
 
 /// A particle, the voxel it is in and its offset from the voxel's centre [voxels].
@@ -73,14 +86,16 @@ std::map<Coord, std::vector<std::uint32_t>> by_leaf(const std::vector<Placed>& p
   return leaves;
 }
 
-openvdb::points::AttributeSet::Descriptor::Ptr descriptor(float pscale, bool has_bodies) {
+openvdb::points::AttributeSet::Descriptor::Ptr descriptor(const sim::Frame& frame) {
   using Descriptor = openvdb::points::AttributeSet::Descriptor;
   Descriptor::Ptr d = Descriptor::create(VectorArray::attributeType());
   d = d->duplicateAppend("v", VectorArray::attributeType());
   d = d->duplicateAppend("id", IdArray::attributeType());
   d = d->duplicateAppend("pscale", ScaleArray::attributeType());
-  if (has_bodies) d = d->duplicateAppend("body", BodyArray::attributeType());
-  const openvdb::TypedMetadata<float> scale(pscale);
+  if (!frame.body.empty()) d = d->duplicateAppend("body", BodyArray::attributeType());
+  for (const Scalar& scalar : kScalars)
+    if (!(frame.*scalar.values).empty()) d = d->duplicateAppend(scalar.name, ScaleArray::attributeType());
+  const openvdb::TypedMetadata<float> scale(static_cast<float>(frame.pscale));
   d->setDefaultValue("pscale", scale);
   return d;
 }
@@ -98,6 +113,12 @@ void fill(Leaf& leaf, std::vector<std::uint32_t>& members, const std::vector<Pla
   if (!frame.body.empty()) {
     openvdb::points::AttributeWriteHandle<std::int32_t> body(leaf.attributeArray("body"));
     for (openvdb::Index k = 0; k < n; ++k) body.set(k, frame.body[placed[members[k]].particle]);
+  }
+  for (const Scalar& scalar : kScalars) {
+    const std::vector<float>& values = frame.*scalar.values;
+    if (values.empty()) continue;
+    openvdb::points::AttributeWriteHandle<float> handle(leaf.attributeArray(scalar.name));
+    for (openvdb::Index k = 0; k < n; ++k) handle.set(k, values[placed[members[k]].particle]);
   }
   std::vector<Leaf::ValueType> end(Leaf::NUM_VALUES, 0);
   for (openvdb::Index k = 0; k < n; ++k) {
@@ -119,7 +140,7 @@ PointDataGrid::Ptr to_grid(const sim::Frame& frame, double voxel) {
   grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
   const std::vector<Placed> placed = place(frame, voxel);
   auto leaves = by_leaf(placed);
-  const auto attributes = descriptor(static_cast<float>(frame.pscale), !frame.body.empty());
+  const auto attributes = descriptor(frame);
   std::vector<std::pair<Leaf*, std::vector<std::uint32_t>*>> work;
   for (auto& [origin, members] : leaves) {
     auto leaf = std::make_unique<Leaf>(origin);
@@ -155,6 +176,13 @@ void gather(const std::filesystem::path& path, const Leaf& leaf, const openvdb::
     if (!leaf.constAttributeArray(has).isType<BodyArray>()) base::throw_input(path.string(), "attribute body has another type than expected");
     body.emplace(leaf.constAttributeArray(has));
   }
+  for (const Scalar& scalar : kScalars) {
+    const std::size_t has = leaf.attributeSet().find(scalar.name);
+    if (has == openvdb::points::AttributeSet::INVALID_POS) continue;
+    if (!leaf.constAttributeArray(has).isType<ScaleArray>()) base::throw_input(path.string(), std::string("attribute ") + scalar.name + " has another type than expected");
+    const openvdb::points::AttributeHandle<float> value(leaf.constAttributeArray(has));
+    for (auto point = leaf.beginIndexOn(); point; ++point) (frame.*scalar.values).push_back(value.get(*point));
+  }
   for (auto point = leaf.beginIndexOn(); point; ++point) {
     const Vec3d x = transform.indexToWorld(point.getCoord().asVec3d() + Vec3d(position.get(*point)));
     const Vec3f v = velocity.get(*point);
@@ -181,6 +209,8 @@ void sort_by_id(sim::Frame& frame) {
   frame.velocity = permuted(frame.velocity, order);
   frame.id = permuted(frame.id, order);
   if (!frame.body.empty()) frame.body = permuted(frame.body, order);
+  for (const Scalar& scalar : kScalars)
+    if (std::vector<float>& values = frame.*scalar.values; values.size() == order.size()) values = permuted(values, order);
 }
 
 template <class T>
@@ -213,6 +243,9 @@ sim::Frame read_points(const std::filesystem::path& path) {
   frame.time = metadata<double>(path, *grid, "time");
   frame.pscale = metadata<double>(path, *grid, "pscale");
   for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) gather(path, *leaf, grid->transform(), frame);
+  for (const Scalar& scalar : kScalars)
+    if (const std::size_t has = (frame.*scalar.values).size(); has != 0 && has != frame.id.size())
+      base::throw_input(path.string(), std::string("some particles have no ") + scalar.name);
   sort_by_id(frame);
   for (std::size_t i = 0; i < frame.id.size(); ++i)
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())

@@ -32,7 +32,8 @@ struct Room {
   std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
 };
 
-/// OpenVDB PointDataGrid "points": P and v float (no lossy codec, Blosc), id int64, pscale. Atomic.
+/// OpenVDB PointDataGrid "points": P and v float (no lossy codec, Blosc), id int64, pscale, and what else the frame holds (body int32; pressure,
+/// strain, mode_energy float). Atomic.
 void write_points(const std::filesystem::path&, const sim::Frame&, base::Ledger&);
 /// What write_points wrote, in ascending id; throws base::Error ("PATH: reason") on anything else.
 sim::Frame read_points(const std::filesystem::path&);

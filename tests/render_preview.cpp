@@ -87,6 +87,34 @@ TEST(Attribute, IsWhatItsNameSays) {
   }
 }
 
+TEST(Attribute, OfParticlesIsWhatTheyCarry) {
+  sim::Frame frame = full(3, [](const Vec3&) { return Vec3(1, 0, 0); });
+  EXPECT_THROW(render::attribute::values(coloured(3, "pressure"), frame), base::Error);
+  for (std::size_t i = 0; i < frame.id.size(); ++i) frame.pressure.push_back(float(i)), frame.strain.push_back(2 * float(i)), frame.mode_energy.push_back(3 * float(i)), frame.body.push_back(i % 2);
+  EXPECT_EQ(render::attribute::values(coloured(3, "pressure"), frame), frame.pressure);
+  EXPECT_EQ(render::attribute::values(coloured(3, "strain"), frame), frame.strain);
+  EXPECT_EQ(render::attribute::values(coloured(3, "mode_energy"), frame), frame.mode_energy);
+  EXPECT_EQ(render::attribute::values(coloured(3, "material"), frame)[5], 1);
+}
+
+TEST(Scale, OfMaterialsNamesThemInColorsOfTheirOwn) {
+  render::Setting setting = coloured(3, "material");
+  setting.materials = {"ball, jelly", "heap, dry_sand"};
+  const render::attribute::Scale scale = render::attribute::scale_of(setting, 5);
+  EXPECT_EQ(scale.names, setting.materials);
+  EXPECT_GT((scale.color(0) - scale.color(1)).norm(), 0.3);
+}
+
+TEST(Scale, OfPressureGoesBelowZeroWhereSolidsArePulled) {
+  render::Setting setting = coloured(3, "pressure");
+  setting.preview.range = 300;
+  EXPECT_EQ(render::attribute::scale_of(setting, 5).top, 300);
+  EXPECT_EQ(render::attribute::scale_of(setting, 5).unit, "Pa");
+  EXPECT_FALSE(render::attribute::scale_of(setting, 5).is_signed);
+  setting.shows_tension = true;
+  EXPECT_TRUE(render::attribute::scale_of(setting, 5).is_signed);
+}
+
 TEST(Attribute, OutsideTheDomainHasNoVorticityAndIsFinite) {
   sim::Frame frame = full(3, [](const Vec3& p) { return Vec3(-p.y(), p.x(), 0); });
   frame.position[0] = Vec3f(1e6f, 0, -1e9f);

@@ -66,6 +66,19 @@ TEST(Points, ComeBackInTheOrderOfTheirIds) {
   EXPECT_EQ(written_and_read(file.path(), frame).id, frame.id);
 }
 
+TEST(Points, KeepWhatElseTheyCarry) {
+  const TemporaryFile file;
+  sim::Frame frame = scattered(3000);
+  for (std::size_t i = 0; i < frame.id.size(); ++i) frame.pressure.push_back(float(i) - 7.25f), frame.strain.push_back(1e-3f * float(i)), frame.body.push_back(i % 3);
+  const sim::Frame back = written_and_read(file.path(), frame);
+  EXPECT_EQ(back.pressure, frame.pressure);
+  EXPECT_EQ(back.strain, frame.strain);
+  EXPECT_EQ(back.body, frame.body);
+  EXPECT_TRUE(back.mode_energy.empty());
+  EXPECT_EQ(surface::info(file.path())[0].attributes,
+            (std::vector<std::string>{"P vec3s", "v vec3s", "id int64", "pscale float", "body int32", "pressure float", "strain float"}));
+}
+
 TEST(Points, FileKeepsNumberTimeAndScale) {
   const TemporaryFile file;
   const sim::Frame frame = scattered(10), back = written_and_read(file.path(), frame);
@@ -105,6 +118,11 @@ TEST(Points, FrameThatIsNotFiniteIsNeverWritten) {
   base::Ledger ledger;
   sim::Frame frame = scattered(10);
   frame.position[4][1] = std::nanf("");
+  EXPECT_THROW(surface::write_points(file.path(), frame, ledger), std::logic_error);
+  EXPECT_FALSE(std::filesystem::exists(file.path()));
+  frame = scattered(10);
+  frame.strain.assign(10, 0);
+  frame.strain[3] = std::nanf("");
   EXPECT_THROW(surface::write_points(file.path(), frame, ledger), std::logic_error);
   EXPECT_FALSE(std::filesystem::exists(file.path()));
 }

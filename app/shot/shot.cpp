@@ -82,7 +82,8 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
   if (shot.scene.options.is_solid())
-    for (const sim::Body& body : shot.scene.bodies) shot.render.body_looks.push_back(look_of(body));
+    for (const sim::Body& body : shot.scene.bodies) shot.render.body_looks.push_back(look_of(body)), shot.render.materials.push_back(body.name + ", " + body.material);
+  shot.render.shows_tension = shot.scene.options.is_solid();
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;
   for (render::SetPiece& piece : shot.render.sets) piece.file = file.parent_path() / piece.file;
@@ -198,6 +199,11 @@ void Shot::params(base::Params& p) {
   else p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
   render.params(p);
 
+  const sim::Write& write = scene.options.write;
+  const std::string& color = render.preview.color;
+  for (const auto& [carried, is_written] : {std::pair("pressure", write.pressure), std::pair("strain", write.strain), std::pair("mode_energy", write.mode_energy)})
+    p.require(color != carried || is_written, "preview.color", std::string("needs sim.write.") + carried + " = true: particles do not carry it otherwise");
+  p.require(color != "material" || scene.options.is_solid(), "preview.color", "a liquid is of one material");
   p.require(!scene.bodies.empty(), "body", "a shot needs at least one [[body]]");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const sim::Body& body = scene.bodies[i];

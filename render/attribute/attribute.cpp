@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "render/raster/colors.h"
 
@@ -134,13 +135,36 @@ std::vector<float> each(std::size_t count, const Value& value) {
   return result;
 }
 
+struct Carried {
+  std::string_view color;
+  std::vector<float> sim::Frame::* values;
+  const char* unit;
+};
+constexpr Carried kCarried[] = {{"pressure", &sim::Frame::pressure, "Pa"}, {"strain", &sim::Frame::strain, "1"}, {"mode_energy", &sim::Frame::mode_energy, "J/kg"}};
+
+const Carried* carried(std::string_view color) {
+  for (const Carried& c : kCarried)
+    if (c.color == color) return &c;
+  return nullptr;
+}
+
+bool is_material(std::string_view color) { return color == "material"; }
+
 }  // namespace
 
+bool only_particles_have(std::string_view color) { return carried(color) || is_material(color); }
+
 float Scale::place(float value) const { return std::clamp(value / static_cast<float>(top), is_signed ? -1.0f : 0.0f, 1.0f); }
-base::Vec3f Scale::color(float value) const { return is_signed ? raster::blue_to_red(place(value)) : raster::viridis(place(value)); }
+base::Vec3f Scale::color(float value) const {
+  if (!names.empty()) return raster::distinct(static_cast<std::size_t>(value));
+  return is_signed ? raster::blue_to_red(place(value)) : raster::viridis(place(value));
+}
 
 Scale scale_of(const Setting& setting, double top_speed) {
   const double speed = top_speed > 0 ? top_speed : 1;
+  const std::string& color = setting.preview.color;
+  if (is_material(color)) return {.unit = "", .names = setting.materials};
+  if (const Carried* c = carried(color)) return {.is_signed = color == "pressure" && setting.shows_tension, .top = setting.preview.range.value_or(1), .unit = c->unit};
   const bool curl = is_vorticity(setting);
   const double top = curl ? round_up(speed / (0.05 * setting.domain.size().maxCoeff())) : speed;
   return {.is_signed = component(setting) >= 0 || (curl && setting.dimension == 2), .top = setting.preview.range.value_or(top), .unit = curl ? "1/s" : "m/s"};
@@ -150,6 +174,12 @@ std::vector<float> values(const Setting& setting, const sim::Frame& frame) {
   if (is_vorticity(setting)) {
     const CurlGrid curl(setting, frame);
     return each(frame.position.size(), [&](std::size_t i) { return curl.at(frame.position[i]); });
+  }
+  if (is_material(setting.preview.color)) return each(frame.position.size(), [&](std::size_t i) { return frame.body.empty() ? 0.0f : static_cast<float>(frame.body[i]); });
+  if (const Carried* c = carried(setting.preview.color)) {
+    const std::vector<float>& values = frame.*c->values;
+    if (values.size() != frame.position.size()) base::throw_input("points", "carry no " + std::string(c->color));
+    return values;
   }
   const int axis = component(setting);
   return each(frame.position.size(), [&](std::size_t i) { return axis < 0 ? frame.velocity[i].norm() : frame.velocity[i][axis]; });

@@ -53,7 +53,25 @@ std::string tick_label(double value) {
   return number;
 }
 
+namespace {
+
+/// A patch of each kind's colour before its name.
+void draw_legend(const Canvas& canvas, const attribute::Scale& scale) {
+  const std::int64_t s = canvas.scale, step = 18 * s;
+  std::int64_t width = 0;
+  for (const std::string& name : scale.names) width = std::max(width, canvas.width_of(name));
+  const std::int64_t left = canvas.image.width - width - 32 * s;
+  std::int64_t y = (canvas.image.height - step * static_cast<std::int64_t>(scale.names.size())) / 2;
+  for (std::size_t i = 0; i < scale.names.size(); ++i, y += step) {
+    canvas.fill(left, y, 12 * s, 12 * s, scale.color(static_cast<float>(i)));
+    canvas.write(left + 18 * s, y, scale.names[i]);
+  }
+}
+
+}  // namespace
+
 void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
+  if (!scale.names.empty()) return draw_legend(canvas, scale);
   const Image& image = canvas.image;
   const std::int64_t s = canvas.scale, width = 12 * s, height = std::max<std::int64_t>(8 * s, image.height / 2);
   const std::int64_t left = image.width - 64 * s, top = (image.height - height) / 2;

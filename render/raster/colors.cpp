@@ -34,6 +34,12 @@ base::Vec3f blue_to_red(float s) {
   return {image::srgb_code(linear[0]), image::srgb_code(linear[1]), image::srgb_code(linear[2])};
 }
 
+base::Vec3f distinct(std::size_t kind) {
+  static constexpr float kColors[][3] = {{0.34f, 0.71f, 0.91f}, {0.90f, 0.62f, 0}, {0, 0.62f, 0.45f}, {0.80f, 0.47f, 0.65f}, {0.94f, 0.89f, 0.26f}, {0.84f, 0.37f, 0}, {0, 0.45f, 0.70f}};
+  const auto& color = kColors[kind % std::size(kColors)];
+  return {color[0], color[1], color[2]};
+}
+
 base::Vec3f viridis(float s) {
   const float at = std::clamp(s, 0.0f, 1.0f) * (kAnchors - 1);
   const int cell = std::min(static_cast<int>(at), kAnchors - 2);

@@ -9,4 +9,7 @@ base::Vec3f viridis(float s);
 /// Straight lines of a uniform space of colours [Ottosson20] from blue at -1 through near white at 0 to red at 1, equally light at both ends.
 base::Vec3f blue_to_red(float s);
 
+/// Of kinds, to be told apart by those who see colours differently too [Okabe08]; they come again after the seventh.
+base::Vec3f distinct(std::size_t kind);
+
 }  // namespace render::raster

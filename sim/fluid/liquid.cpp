@@ -58,6 +58,7 @@ class Liquid final : public Simulation {
         step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     if (particles_.size() == 0)
       throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
+    if (options_.write.pressure) pressure_.assign(particles_.size(), 0);
   }
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
@@ -69,6 +70,7 @@ class Liquid final : public Simulation {
     }
     ++frame_;
     solids_.move_to(time());
+    if (options_.write.pressure) pressure_ = step_.pressure_at(particles_);
     return true;
   }
 
@@ -192,6 +194,7 @@ class Liquid final : public Simulation {
   double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
   EnergyWatch watch_;                 // used where the splitting reflects
   std::optional<double> drift_;       // [1] of volume, at the last step
+  std::vector<float> pressure_;       // [Pa] of each particle at the frame; empty where nobody asks
   double aim_ = 1;                    // [1] density of the liquid's inside that the volume correction aims at, over the one seeded
   std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0;
 };
@@ -207,6 +210,9 @@ Frame Liquid<D, Real>::frame() const {
   std::vector<std::size_t> order(n);   // particles by ascending id
   const bool all = n == 0 || *std::max_element(particles_.id.begin(), particles_.id.end()) == std::int64_t(n) - 1;
   for (std::size_t p = 0; p < n; ++p) order[all ? std::size_t(particles_.id[p]) : p] = p;
+  f.pressure.resize(options_.write.pressure ? n : 0);
+  const std::vector<float> mode_energy = options_.write.mode_energy ? step_.transfer().mode_energies(particles_) : std::vector<float>();
+  f.mode_energy.resize(mode_energy.size());
   if (!all) std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return particles_.id[a] < particles_.id[b]; });
   base::parallel_chunks(n, 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t to = begin; to < end; ++to) {
@@ -218,6 +224,8 @@ Frame Liquid<D, Real>::frame() const {
       f.position[to] = x.cast<float>();
       f.velocity[to] = v;
       f.id[to] = particles_.id[p];
+      if (!pressure_.empty()) f.pressure[to] = pressure_[p];
+      if (!mode_energy.empty()) f.mode_energy[to] = mode_energy[p];
     }
   });
   return f;
@@ -272,6 +280,7 @@ State Liquid<D, Real>::state() const {
   State s;
   s.frame = frame_;
   add_particles(particles_, s);
+  if (options_.write.pressure) s.columns.push_back(make_column<float>("pressure", pressure_, 1));
   if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("density_aim", std::vector<double>{aim_}, 1));
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
@@ -288,11 +297,14 @@ void Liquid<D, Real>::restore(const State& s) {
   const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 4, watch);
   std::vector<double> aim;
   const bool aimed = options_.volume_correction == 0 || read_column<double>(s, "density_aim", 1, 1, aim);
-  const bool fits = watched && aimed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
+  std::vector<float> pressure;
+  const bool pressed = !options_.write.pressure || read_column<float>(s, "pressure", n, 1, pressure);
+  const bool fits = watched && aimed && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
   if (!aim.empty()) aim_ = aim.front();
+  pressure_ = std::move(pressure);
   frame_ = s.frame;
   solids_.move_to(time());
   step_.clear_counts();

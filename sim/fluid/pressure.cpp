@@ -341,7 +341,10 @@ PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vec
   problem.cells = blocks.lattice().cells, problem.periodic = blocks.lattice().periodic;
   problem.tiles = tiles_with_liquid<D>(cells.kind, blocks);
   PressureReport report;
-  if (problem.tiles.empty()) return report;
+  if (problem.tiles.empty()) {
+    pressure_.clear();
+    return report;
+  }
   problem.elsewhere = [&](const Cell<D>& tile) { return tile_without_liquid<D>(tile, cells, blocks); };
   problem.fill = [&](const Cell<D>& tile, PoissonTile<D>& to) { TileEquations<D, Real>(velocity, source, cells, blocks).fill(tile, to); };
 

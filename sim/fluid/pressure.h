@@ -35,6 +35,8 @@ class Projection {
   template <class Real>
   PressureReport displace(FaceField<D, Real>& displacement, const std::vector<float>& source, const LiquidCells<D>&, const ActiveBlocks<D>&, double tolerance,
                           FaceMask<D>& valid);
+  /// Of every cell at the last call of either, times dt / (rho h) [m/s]; 0 where there is no liquid.
+  const std::vector<double>& pressure() const { return pressure_; }
 
  private:
   template <class Real>

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "sim/fluid/advect.h"
+#include "sim/fluid/particle_pressure.h"
 
 namespace sim {
 namespace {
@@ -79,6 +80,11 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
   }
   auto pass = ledger.pass("pressure", 4 * grid_bytes());
   const PressureReport report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
+  if (options_.write.pressure) {
+    pressure_ = projection_.pressure();
+    pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
+    for (double& p : pressure_) p *= options_.cell / dt;
+  }
   counts_.pressure_iterations += report.iterations;
   counts_.pressure_fallbacks += report.fell_back;
   pass.count(report.bytes);
@@ -153,6 +159,13 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (!limits) return;
   const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
   counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);
+}
+
+template <int D, class Real>
+std::vector<float> FluidStep<D, Real>::pressure_at(const Particles<D, Real>& particles) const {
+  if (pressure_.empty()) return std::vector<float>(particles.size(), 0.0f);
+  const double density = particles.mass * double(options_.particles_per_cell) / std::pow(options_.cell, D);   // [kg/m^3]
+  return particle_pressure(pressure_, density, cells_.kind, blocks_, particles);
 }
 
 template <int D, class Real>

@@ -45,6 +45,9 @@ class FluidStep {
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
   void correct_volume(double gain, double aim, base::Ledger&);
 
+  /// Pressure [Pa] of the last projection at the particles, where they are now; sim.write.pressure must be asked for. 0 before the first.
+  std::vector<float> pressure_at(const Particles<D, Real>&) const;
+
   /// What moving solids did on the liquid in the last projection [J], per mass of a cell full of liquid.
   double solid_work() const { return solid_work_; }
 
@@ -73,6 +76,7 @@ class FluidStep {
   LiquidCells<D> cells_;
   std::vector<float> filling_;        // [1] of every cell
   Projection<D> projection_;
+  std::vector<double> pressure_;      // of every cell [m^2/s^2], over density; kept where it is to be written
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
   FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects

@@ -23,6 +23,25 @@ Lattice<D> make_lattice(const Options& o) {
   return Lattice<D>(cells, periodic);
 }
 
+/// [Pa] of a Kirchhoff stress: the mean of its normal parts, pressing positive. In two dimensions of the two in the plane.
+template <int D, class Real>
+float pressure_of(const Stress<D, Real>& stress) {
+  Real sum = 0;
+  for (int i = 0; i < D; ++i) sum += stress[stress_place<D>(i, i)];
+  return float(-sum / Real(D));
+}
+
+/// [1] von Mises' measure of the logarithmic strain, as Frame::strain; in two dimensions nothing stretches out of the plane.
+template <int D, class Real>
+float equivalent_strain(const Deformation<Real, D>& p) {
+  const Svd<Real, D> f = svd(p.gradient);
+  std::array<double, 3> strain{};
+  double mean = 0, sum = 0;
+  for (std::size_t i = 0; i < std::size_t(D); ++i) mean += strain[i] = std::log(std::max(1e-6, std::abs(1 + double(f.stretch[i]))));   // a flattened particle has a finite one too
+  for (const double e : strain) sum += (e - mean / 3) * (e - mean / 3);
+  return float(std::sqrt(2 * sum / 3));
+}
+
 template <int D, class Real>
 class Solid final : public Simulation {
  public:
@@ -142,11 +161,18 @@ Frame Solid<D, Real>::frame() const {
   const std::size_t n = particles();
   f.position.resize(n), f.velocity.resize(n), f.id.resize(n);
   if (groups_.size() > 1) f.body.resize(n);
+  f.pressure.resize(options_.write.pressure ? n : 0), f.strain.resize(options_.write.strain ? n : 0), f.mode_energy.resize(options_.write.mode_energy ? n : 0);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Particles<D, Real>& particles = groups_[g].particles;
+    const std::vector<float> mode_energy =
+        f.mode_energy.empty() ? std::vector<float>() : NodeTransfer<D, Real>(Kernel::quadratic, groups_[g].scheme.modes).mode_energies(particles);
     base::parallel_chunks(particles.size(), 16384, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         const auto to = std::size_t(particles.id[p]);   // ids count from 0 without gaps
+        const std::size_t row = particles.row_of(p);
+        if (!f.pressure.empty()) f.pressure[to] = pressure_of<D, Real>(groups_[g].stress[row]);
+        if (!f.strain.empty()) f.strain[to] = equivalent_strain(groups_[g].deformation[row]);
+        if (!mode_energy.empty()) f.mode_energy[to] = mode_energy[p];
         base::Vec3 x = options_.domain.lower;
         x.head<D>() += options_.cell * particles.place(p);
         base::Vec3f v = base::Vec3f::Zero();

@@ -84,7 +84,9 @@ class GridTransfer {
     base::Vec3 linear_momentum = base::Vec3::Zero(), angular_momentum = base::Vec3::Zero();
   };
   Sums sums(const Particles<D, Real>&, double h) const;
-  /// The same of the grid, over valid faces or nodes.
+  /// Of each particle, the energy of its modes above the constant [J/kg].
+  std::vector<float> mode_energies(const Particles<D, Real>&) const;
+  /// The same sums of the grid, over valid faces or nodes.
   Sums sums(const ActiveBlocks<D>& blocks, const Grid&, double particle_mass, double h) const;
 
   Kernel kernel() const { return kernel_; }

@@ -429,6 +429,32 @@ auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) c
 }
 
 template <class Layout>
+std::vector<float> GridTransfer<Layout>::mode_energies(const Particles<D, Real>& particles) const {
+  std::vector<float> energies(particles.size());
+  with_basis<double>(kernel_, [&](auto basis) {
+    using Basis = decltype(basis);
+    base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        const ParticleStencils<Basis, Layout> stencils(particles.cell[p], Vec<D, double>(particles.offset[p].template cast<double>()));
+        double sum = 0;
+        for (int i = 0; i < D; ++i) {
+          const int l = i / Layout::kComponents;
+          const Stencil<Basis, D> stencil = stencils.of(l);
+          const std::span<const Real> c = particles.component(p, Layout::component(l, i % Layout::kComponents));
+          for (std::size_t r = 1; r < modes_.size(); ++r) {
+            double norm = 1;
+            for (int b = 0; b < D; ++b) norm *= stencil[b].norm(modes_[r][b]);
+            sum += 0.5 * double(c[r]) * double(c[r]) * norm;
+          }
+        }
+        energies[p] = float(sum);
+      }
+    });
+  });
+  return energies;
+}
+
+template <class Layout>
 auto GridTransfer<Layout>::sums(const ActiveBlocks<D>& blocks, const Grid& grid, double particle_mass, double h) const -> Sums {
   Sums s;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
