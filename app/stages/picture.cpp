@@ -35,12 +35,12 @@ double top_speed(const sim::Scene& scene) {
 }
 
 /// The end of a preview's colour bar, for all frames: a pressure that stops the fastest liquid, or strains a solid by a twentieth; a strain of a
-/// tenth; the energy of a tenth of the top speed. Nothing where the colour needs no more than that speed.
+/// tenth; a thousandth of the energy at the top speed. Nothing where the colour needs no more than that speed.
 std::optional<double> preview_range(const Shot& shot) {
   const std::string& color = shot.render.preview.color;
   const double speed = top_speed(shot.scene);
   if (color == "strain") return 0.1;
-  if (color == "mode_energy") return round_up(0.005 * speed * speed);
+  if (color == "mode_energy") return round_up(5e-4 * speed * speed);
   if (color != "pressure") return {};
   double top = 0;
   for (const sim::Body& body : shot.scene.bodies)

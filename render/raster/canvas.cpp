@@ -49,7 +49,7 @@ double tick_step(double range, double parts) {
 
 std::string tick_label(double value) {
   char number[32];
-  std::snprintf(number, sizeof number, "%.4g", value);
+  std::snprintf(number, sizeof number, "%.6g", value);
   return number;
 }
 
