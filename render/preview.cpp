@@ -19,13 +19,11 @@ using base::Vec3f;
 const Vec3f kTop(0.165f, 0.180f, 0.205f), kBottom(0.085f, 0.092f, 0.105f);  // background
 const Vec3f kRoom(0.46f, 0.49f, 0.54f), kSolid(0.93f, 0.62f, 0.38f);  // outlines of the domain and of colliders
 
-void outline_box(const base::Box& box, const Vec3f& color, std::vector<raster::Line>& lines) {
-  const auto corner = [&](int i) {
-    return Vec3f(Vec3((i & 1 ? box.upper : box.lower).x(), (i & 2 ? box.upper : box.lower).y(), (i & 4 ? box.upper : box.lower).z()).cast<float>());
-  };
-  for (int i = 0; i < 8; ++i)
-    for (int bit = 1; bit < 8; bit *= 2)
-      if (!(i & bit)) lines.push_back({corner(i), corner(i | bit), color});
+void outline_box(const sim::Shape& box, const Vec3f& color, std::vector<raster::Line>& lines) {
+  const auto corners = box.corners();
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t bit = 1; bit < 8; bit *= 2)
+      if (!(i & bit)) lines.push_back({corners[i].cast<float>(), corners[i | bit].cast<float>(), color});
 }
 
 void outline_sphere(const sim::Shape::Sphere& sphere, const Vec3f& color, std::vector<raster::Line>& lines) {
@@ -44,9 +42,11 @@ void outline_sphere(const sim::Shape::Sphere& sphere, const Vec3f& color, std::v
 
 std::vector<raster::Line> outlines(const Setting& setting) {
   std::vector<raster::Line> lines;
-  outline_box(setting.domain, kRoom, lines);
+  sim::Shape room;
+  room.box = setting.domain;
+  outline_box(room, kRoom, lines);
   for (const sim::Collider& c : setting.colliders) {
-    if (c.shape.box) outline_box(*c.shape.box, kSolid, lines);
+    if (c.shape.box) outline_box(c.shape, kSolid, lines);
     if (c.shape.sphere) outline_sphere(*c.shape.sphere, kSolid, lines);
   }
   return lines;

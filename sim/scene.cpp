@@ -132,6 +132,14 @@ Options with_scheme_of(const Body& body, Options o) {
 
 void Shape::params(base::Params& p, bool may_be_mesh) {
   p("box", box, "m", "two opposite corners of a box", "not a box");
+  double angle = 0;
+  base::Vec3 axis = base::Vec3::UnitZ();
+  if (p.when(box.has_value())) {
+    p("angle", angle, "degrees", "turn of the box about its middle", base::within(-360, 360));
+    if (p.when(p.vector_size() == 3)) p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip");
+    p.require(axis.norm() > 1e-9, "axis", "must not be zero");
+    turn_by(angle, axis);
+  }
   Sphere round = sphere.value_or(Sphere{});
   const bool is_sphere = p.table("sphere", "a ball", [&](base::Params& q) {
     q("center", round.center, "m", "centre of the sphere");
@@ -153,7 +161,20 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
   if (box) p.require((box->size().head(p.vector_size()).array() > 0).all(), "box", "the second corner must be above the first in every axis");
 }
 
+void Shape::turn_by(double angle, const base::Vec3& axis) {
+  turn.reset();
+  if (angle != 0 && axis.norm() > 0) turn = Eigen::AngleAxisd(angle * M_PI / 180, axis.normalized());
+}
+
 double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
+  if (turn) {
+    Shape straight;
+    straight.box = box;
+    const base::Vec3 middle = 0.5 * (box->lower + box->upper);
+    const double far = straight.distance(middle + turn->conjugate() * (at - middle), normal);
+    if (normal) *normal = *turn * *normal;
+    return far;
+  }
   if (mesh) return mesh->solid && mesh->solid->inside(at - mesh->shift) ? -1 : 1;
   if (sphere) {
     const base::Vec3 from_center = at - sphere->center;
@@ -178,7 +199,22 @@ double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
   return d;
 }
 
+std::array<base::Vec3, 8> Shape::corners() const {
+  std::array<base::Vec3, 8> places;
+  const base::Vec3 middle = 0.5 * (box->lower + box->upper);
+  for (std::size_t i = 0; i < 8; ++i) {
+    base::Vec3& p = places[i];
+    p = base::Vec3((i & 1 ? box->upper : box->lower).x(), (i & 2 ? box->upper : box->lower).y(), (i & 4 ? box->upper : box->lower).z());
+    if (turn) p = middle + *turn * (p - middle);
+  }
+  return places;
+}
+
 base::Box Shape::bounds() const {
+  if (box && turn) {   // half its extent along an axis: what its three half edges reach along it
+    const base::Vec3 middle = 0.5 * (box->lower + box->upper), reach = turn->toRotationMatrix().cwiseAbs() * (0.5 * box->size());
+    return {middle - reach, middle + reach};
+  }
   if (box) return *box;
   if (mesh) return mesh->solid ? base::Box{mesh->solid->bounds().lower + mesh->shift, mesh->solid->bounds().upper + mesh->shift} : base::Box{mesh->shift, mesh->shift};
   const base::Vec3 r = base::Vec3::Constant(sphere->radius);

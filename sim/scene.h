@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "base/params.h"
 #include "base/vec.h"
 #include "sim/closed_mesh.h"
@@ -51,14 +53,19 @@ struct Shape {
     std::shared_ptr<const ClosedMesh> solid; // once the file is read; until then it holds nothing
   };
   std::optional<base::Box> box;
+  std::optional<Eigen::Quaterniond> turn;      // of the box, about its middle
   std::optional<Sphere> sphere;
   std::optional<Mesh> mesh;
   /// A collider `may_be_mesh` not.
   void params(base::Params&, bool may_be_mesh);
   bool any() const { return box || sphere || mesh; }
+  /// By `angle` [degrees] about `axis` through the box's middle, counter-clockwise seen from its tip.
+  void turn_by(double angle, const base::Vec3& axis);
   /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh the sign alone, and no normal.
   double distance(const base::Vec3& at, base::Vec3* normal = nullptr) const;
   base::Box bounds() const;
+  /// Of a box [m]: corner i is the upper one along x, y and z where bits 0, 1 and 2 of i are set.
+  std::array<base::Vec3, 8> corners() const;
 };
 
 struct Body {

@@ -83,6 +83,23 @@ TEST(FluidStillWater, StaysStillAroundABallThatCutsCells) {
   }
 }
 
+TEST(FluidStillWater, StaysStillAroundATiltedBox) {
+  for (const int dimension : {2, 3}) {
+    Scene scene = tank(dimension, 0.025, kRungs[1], base::Vec3(0, 0, 0), dimension == 2 ? base::Vec3(1, 0.3, 0) : base::Vec3(1, 0.2, 0.3));
+    scene.options.pressure_tolerance = 1e-9;
+    scene.options.volume_correction = 0;
+    Collider box;
+    box.name = "box";
+    box.shape.box = dimension == 2 ? base::Box{base::Vec3(0.41, 0.09, 0), base::Vec3(0.63, 0.19, 0)} : base::Box{base::Vec3(0.41, 0.06, 0.09), base::Vec3(0.63, 0.14, 0.19)};
+    box.shape.turn_by(30, dimension == 2 ? base::Vec3(0, 0, 1) : base::Vec3(0.2, 1, 0.1));
+    scene.colliders = {box};
+    const std::vector<Totals> history = run(scene, 12);
+    EXPECT_LE(history.back().max_speed, 1e-3 * std::sqrt(9.81 * 0.3)) << dimension;
+    EXPECT_EQ(history.back().pressure_fallbacks, 0);
+    EXPECT_NEAR(history.back().volume, (dimension == 2 ? 0.3 - 0.22 * 0.1 : 0.2 * 0.3 - 0.22 * 0.08 * 0.1), 2e-3);
+  }
+}
+
 TEST(FluidDrop, InFreeFallFeelsNoPressureWithEitherSplitting) {
   for (const Rung& rung : kRungs) {
     const std::vector<Totals> history = run(tank(2, 0.02, rung, base::Vec3(0.4, 0.3, 0), base::Vec3(0.5, 0.4, 0)), 3);

@@ -10,6 +10,7 @@ polypic_test(transfer_lanes LABEL fast LINK polypic_sim)
 polypic_test(transfer_near_field LABEL fast LINK polypic_sim)
 polypic_test(liquid LABEL fast LINK polypic_sim)
 polypic_test(particle_attributes LABEL fast LINK polypic_sim)
+polypic_test(shapes LABEL fast LINK polypic_sim)
 if(NOT POLYPIC_SANITIZE)   # it counts the heap, which a sanitizer keeps for itself
   polypic_test(plan_memory LABEL fast LINK polypic_sim)
   # Long, and about accuracy: other tests run the same code.

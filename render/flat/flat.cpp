@@ -35,10 +35,7 @@ Layout layout_of(const Options& options) {
   return {scale, false, Vec2::Constant(std::max(1.0, std::round(0.03 * std::min(width, height))))};
 }
 
-bool inside(const sim::Shape& shape, const Vec2& p) {
-  if (shape.box) return (p.array() > shape.box->lower.head<2>().array()).all() && (p.array() < shape.box->upper.head<2>().array()).all();
-  return (p - shape.sphere->center.head<2>()).norm() < shape.sphere->radius;
-}
+bool inside(const sim::Shape& shape, const Vec2& p) { return shape.distance(base::Vec3(p.x(), p.y(), 0)) < 0; }
 
 /// The picture before its margins are written on: `factor` samples across a pixel, RGBA.
 class Samples {

@@ -39,11 +39,12 @@ T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_
   return items;
 }
 
-RTCGeometry box_geometry(RTCDevice device, const base::Box& box) {
+RTCGeometry box_geometry(RTCDevice device, const sim::Shape& box) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
   auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 8);
+  const auto corners = box.corners();
   for (std::size_t i = 0; i < 8; ++i) {
-    const base::Vec3f p = base::Vec3((i & 1 ? box.upper : box.lower).x(), (i & 2 ? box.upper : box.lower).y(), (i & 4 ? box.upper : box.lower).z()).cast<float>();
+    const base::Vec3f p = corners[i].cast<float>();
     vertices[i] = {p.x(), p.y(), p.z()};
   }
   constexpr std::array<std::array<std::uint32_t, 4>, 6> kFaces{{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
@@ -232,7 +233,7 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
     if (surfaces[i].mesh) m.attach(triangle_geometry(m.device.handle, *surfaces[i].mesh), static_cast<unsigned>(i));
     const sim::Shape& shape = surfaces[i].shape;
     if (!shape.box && !shape.sphere) continue;
-    m.attach(shape.box ? box_geometry(m.device.handle, *shape.box) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i));
+    m.attach(shape.box ? box_geometry(m.device.handle, shape) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i));
   }
   m.device.check("solids");
 }

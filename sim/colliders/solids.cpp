@@ -11,7 +11,7 @@ constexpr double kSkin = 1e-3;
 
 /// A box that stands on a wall goes on behind it: the side in the wall is no way out. So does one that spans a periodic axis.
 Shape continued_through_walls(Shape shape, const Options& o) {
-  if (!shape.box) return shape;
+  if (!shape.box || shape.turn) return shape;
   const base::Vec3 size = o.domain.size();
   for (int a = 0; a < o.dimension; ++a) {
     const bool lower = shape.box->lower[a] < o.domain.lower[a] + 1e-6 * o.cell, upper = shape.box->upper[a] > o.domain.upper[a] - 1e-6 * o.cell;
