@@ -1,4 +1,5 @@
 // Advection-reflection: what the second projection of a step gives back, what it can add where particles are few, and who stops that.
+#include "sim/fluid/seeding.h"
 #include "sim/simulation.h"
 #include "tests/taylor_green.h"
 
@@ -68,7 +69,8 @@ Watched watched(int k, int particles_per_cell, double seconds) {
   FluidStep<2, double> step(scene.options, solids, /*free_surface=*/false);
   auto particles = seed_particles<2, double>(scene, lattice, solids, int(step.transfer().modes().size()));
   base::Ledger ledger;
-  step.set_velocity(ActiveBlocks<2>(step.blocks()), exact_field(step.blocks(), k, {}));
+  const auto field = field_on_faces<2, double>(step.blocks(), scene.options, taylor_green_velocity<2>(k, 1, base::Vec3::Zero()), 0);
+  step.set_velocity(ActiveBlocks<2>(step.blocks()), field);
   step.gather({}, particles, ledger);
   particles.settle();
   State state = simulation->state();
