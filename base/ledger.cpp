@@ -2,6 +2,8 @@
 
 #include <time.h>
 
+#include <fstream>
+
 #include "base/error.h"
 
 namespace base {
@@ -17,6 +19,14 @@ double process_seconds() {
   timespec now{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+std::int64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  std::int64_t kilobytes = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") status >> kilobytes;
+  return kilobytes * 1024;
 }
 
 Ledger::Timer::Timer(Ledger& ledger, std::string_view name, std::int64_t bytes)

@@ -22,6 +22,9 @@ struct PassCost {
 /// CPU seconds of all threads of this process so far.
 double process_seconds();
 
+/// The most resident memory this process had so far [bytes]. (getrusage also counts what its parent had when it started it.)
+std::int64_t peak_memory();
+
 /// Costs of one frame and stage. Not thread-safe: passes run one after another.
 class Ledger {
  public:

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "sim/energy_audit.h"
 
 namespace sim {
 
@@ -46,6 +47,7 @@ struct Totals {
   std::int64_t pressure_fallbacks = 0;    // solves that went on with incomplete Cholesky, since the frame before
   std::int64_t splitting_fallbacks = 0;   // steps that did not reflect because the energy rose, since the frame before
   std::optional<double> imbalance;        // [1/s] largest mean outflow that no pressure of a pocket without air could balance, since the frame before
+  EnergyChanges energy_changes;           // [J] by stage, since the frame before; empty unless sim.audit
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
   // Of solids, since the frame before:
   std::int64_t held_strains = 0;          // particle steps in which a law met the end of its range

@@ -97,6 +97,7 @@ std::span<const base::PassRow> pass_rows() {
       {"advect", Often::step, {"grid velocity", "particles"}, {"particles"}},
       {"collide", Often::step, {"particles"}, {"particles"}},
       {"carry", Often::step, {"departures", "particles"}, {"particles"}},
+      {"audit", Often::step, {"particles", "grid velocity"}, {}},
   };
   return rows;
 }
@@ -109,6 +110,7 @@ std::span<const base::PassRow> solid_pass_rows() {
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"collide", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"g2p", Often::step, {"grid velocity", "particles"}, {"particles"}},
+      {"audit", Often::step, {"particles", "grid velocity"}, {}},
   };
   return rows;
 }
@@ -179,6 +181,7 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"separating contact", {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
        has_contact<Contact::separating>, {"collide"}},
       {"open sides", {"sim.boundary=open"}, [](const Scene& s) { return any_side(s.options, Side::open); }, {"collide"}},
+      {"energy audit", {"sim.audit"}, [](const Scene& s) { return s.options.audit; }, {"audit"}},
       {"periodic sides", {"sim.boundary=periodic"}, [](const Scene& s) { return any_side(s.options, Side::periodic); }},
       {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide", "collide<solids", "pressure<solids"}},
       {"moving colliders", {"collider.NAME.velocity"},

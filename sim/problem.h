@@ -31,6 +31,7 @@ struct ProblemResult {
   std::vector<double> energy;            // [1] of that at the start, at each time
   std::vector<double> enstrophy;         // [1] the same, or empty
   std::map<std::string, double> energy_changes;   // [1] of the energy at the start, by stage (sim/energy_audit.h); empty unless sim.audit
+  double particle_energy = 1;            // [1] of the particles at the end, over that at the start: what the changes add up to, and 1
   std::int64_t particles = 0, steps = 0;
   base::PassCost whole;                  // all steps together, without what measures them
 };

@@ -314,6 +314,7 @@ void Options::params(base::Params& p) {
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
   p.table("write", "what particles carry in the points files beside place, velocity and id", [&](base::Params& q) { write.params(q, is_solid()); });
+  p("audit", audit, "sums the energy that each pass of a step adds or takes: energy_changes of every frame in run.json. Changes no result");
 
   check_domain(*this, p);
   check_boundary(*this, p);

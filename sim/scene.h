@@ -132,6 +132,7 @@ struct Options {
   double volume_correction = 0.1;                              // [1] of its liquid's change in density that a step takes back; 0: none
   Carry carry = Carry::fixed;
   Write write;
+  bool audit = false;                                          // sums what every pass adds to the energy: Totals::energy_changes
   bool is_solid() const { return solver == "solid"; }
   bool periodic(int axis) const { return boundary[std::size_t(axis)][0] == Side::periodic; }
   void params(base::Params&);

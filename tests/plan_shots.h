@@ -47,6 +47,7 @@ inline std::vector<SmallShot> small_shots() {
       {"reflection", kTank + kGravity, {"sim.splitting=reflection"}},
       {"third_order", kTank + kGravity, {"sim.advection=rk3"}},
       {"drifting", kTank + kGravity, {"sim.volume_correction=0"}},
+      {"audited", kTank + kGravity, {"sim.audit=true"}},
       {"double", kTank + kGravity, {"sim.precision=double"}},
       {"regular", kTank + kGravity, {"sim.seeding=regular"}},
       {"channel", kTank, {periodic + "}"}},

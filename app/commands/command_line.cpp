@@ -14,7 +14,7 @@ namespace app {
 namespace {
 
 constexpr std::int64_t kMostFrames = 999999;
-constexpr std::int64_t kMostThreads = 4096;
+constexpr std::int64_t kMostThreads = 4096, kMostRepeats = 1000;
 
 [[noreturn]] void refuse(const std::string& what, const std::string& allowed, const std::string& hint = "") {
   throw base::Error({.code = base::Exit::user, .file = what, .hint = hint, .message = allowed});
@@ -41,6 +41,12 @@ int threads_from(const std::string& text) {
   return static_cast<int>(*threads);
 }
 
+int repeats_from(const std::string& text) {
+  const auto repeats = count_in(text, kMostRepeats);
+  if (!repeats) refuse("--repeats " + text, "must be a whole number from 1 to " + std::to_string(kMostRepeats));
+  return static_cast<int>(*repeats);
+}
+
 std::string nearest_command(const std::string& word) {
   const std::vector<std::string> names(kCommands.begin(), kCommands.end());
   const std::string nearest = base::nearest_word(word, names);
@@ -60,14 +66,19 @@ double number_from(const std::string& option, const std::string& text, double mo
 
 /// Words as CLI11 fills them in, before their form is checked.
 struct Words {
-  std::optional<std::string> frames, threads, quality, out, graph, fail, fail_percent;
+  std::optional<std::string> repeats, frames, threads, quality, out, graph, fail, fail_percent;
 };
+
+/// Options that may be given again and again, with one value each.
+void add_repeated(CLI::App& command, const std::string& name, std::vector<std::string>& values) {
+  command.add_option(name, values)->type_size(1)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
 
 void add_shot_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("SHOT", request.subject)->required();
   command.add_option("--out", words.out);
   command.add_option("--frames", words.frames);
-  command.add_option("--set", request.overrides.sets)->type_size(1)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_repeated(command, "--set", request.overrides.sets);
   command.add_option("--quality", words.quality);
   command.add_option("--threads", words.threads);
   if (command.get_name() != "plan") command.add_flag("--restart", request.restart);
@@ -88,6 +99,19 @@ void add_sheet_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("--out", words.out);
 }
 
+void add_cost_options(CLI::App& command, Request& request, Words& words) {
+  command.add_option("SUBJECT", request.subject)->required();
+  add_repeated(command, "--vary", request.vary);
+  add_repeated(command, "--set", request.overrides.sets);
+  command.add_option("--quality", words.quality);
+  command.add_option("--frames", words.frames);
+  command.add_option("--repeats", words.repeats);
+  command.add_option("--out", words.out);
+  command.add_option("--threads", words.threads);
+  command.add_flag("--single", request.single);
+  command.add_flag("--quiet", request.quiet);
+}
+
 void add_options(CLI::App& command, const std::string& name, Request& request, Words& words) {
   command.set_help_flag("-h,--help");
   command.add_flag("--json", request.json);
@@ -95,6 +119,7 @@ void add_options(CLI::App& command, const std::string& name, Request& request, W
   if (name == "info") command.add_option("FILE", request.subject)->required();
   else if (name == "diff") add_diff_options(command, request, words);
   else if (name == "sheet") add_sheet_options(command, request, words);
+  else if (name == "cost") add_cost_options(command, request, words);
   else if (name == "params") {
     command.add_option("TOPIC", request.subject);
     command.add_flag("--example", request.example);
@@ -149,6 +174,9 @@ Request parse_command_line(int count, const char* const* given) {
   if (words.frames) request.frames = frames_from(*words.frames);
   if (first == "sheet" && request.frames && request.frames->last != request.frames->first) refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
   if (words.threads) request.threads = threads_from(*words.threads);
+  if (words.repeats) request.repeats = repeats_from(*words.repeats);
+  request.line = "polypic";
+  for (int i = 1; i < count; ++i) request.line += std::string(" ") + given[i];
   if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
   if (words.out && words.out->empty()) refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");

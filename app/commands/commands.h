@@ -14,6 +14,8 @@ void list(const Request&);
 void info(const Request&);
 /// Two files or runs side by side. False when they differ.
 bool diff(const Request&);
+/// What accuracy costs in time. False when a variant could not run.
+bool cost(const Request&);
 /// Runs or pictures on one sheet.
 void sheet(const Request&);
 /// The keys of a shot file.

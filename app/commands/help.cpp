@@ -1,6 +1,9 @@
 #include "app/commands/help.h"
 
+#include <algorithm>
 #include <map>
+
+#include "sim/problem.h"
 
 namespace app {
 namespace {
@@ -13,6 +16,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic render SHOT      surface -> images: images/beauty.0001.exr and .png, movie.mp4
 
   polypic plan SHOT        what a shot asks for and what it will cost
+  polypic cost SHOT        what more or less accuracy would cost in time; also cost PROBLEM
   polypic list             shots, materials and looks that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png or run.json
   polypic diff A B         how far two images, .vdb files or runs lie apart
@@ -38,6 +42,12 @@ constexpr std::string_view kShotOptions = R"(
 )";
 
 constexpr std::string_view kPreviewOption = "  --preview           ";
+
+std::string problems_text() {
+  std::string text = "\nPROBLEM is one of\n";
+  for (const sim::ProblemRow& row : sim::problem_rows()) text += "  " + std::string(row.name) + std::string(20 - std::min<std::size_t>(19, row.name.size()), ' ') + std::string(row.meaning) + "\n";
+  return text;
+}
 
 const std::map<std::string_view, std::string> kPages = {
     {"run", std::string(R"(polypic run SHOT [options]     simulates, surfaces and renders, frame by frame, then makes the movie
@@ -77,6 +87,26 @@ most (once: they are kept in $XDG_CACHE_HOME/polypic), and say what CPU time, me
   polypic plan dam_break
   polypic plan mine.toml --set sim.cell=0.005 --frames 1-24 --graph passes.svg
 )"},
+    {"cost", R"(polypic cost SHOT|PROBLEM [options]     what accuracy costs in time: variants side by side, error against seconds
+
+Variants of a shot are run at a half and a quarter of its resolution and compared with the shot as it is; PROBLEM has a known answer. Each variant
+runs in a process of its own, several times in turns. What is measured is kept: the same command measures only what is missing. Written are
+cost.csv and cost.json. Exit code 6: a variant could not run.
+
+  --vary KEY=V1,V2    tries every value, of several keys all combinations (default: the ladder of schemes, from PIC to PolyPIC)
+  --set KEY=VALUE     changes a key of all variants; problem.KEY of a problem
+  --quality Q         draft, normal, high or extreme: of the shot that the others are compared with
+  --frames 1-N        of a shot: the frames that are simulated (default: all)
+  --repeats N         runs of each variant's clock (default: 5 of a problem, 2 of a shot)
+  --out DIR           default: out/cost/NAME
+  --threads N         default: all cores
+  --single            runs a problem once as --set makes it, and prints what it measured as JSON
+  --quiet, --json     no progress; cost.json's content on standard output
+
+  polypic cost taylor_green_2d
+  polypic cost taylor_green_2d --vary sim.modes=1,3,4,6,9 --set sim.kernel=quadratic --set problem.waves=8
+  polypic cost shots/dam_break.toml --frames 1-24
+)" + problems_text()},
     {"list", R"(polypic list [--json]     shots, materials and looks that come with the program
 )"},
     {"info", R"(polypic info FILE [--json]     what is in a file

@@ -18,6 +18,10 @@ struct Request {
   std::optional<std::filesystem::path> graph;   // plan: where the picture of the passes goes
   std::optional<int> threads;
   bool restart = false, preview = false, quiet = false, json = false, example = false;
+  std::vector<std::string> vary;    // cost: "KEY=V1,V2"
+  std::optional<int> repeats;       // cost: runs of each variant
+  bool single = false;              // cost: a problem, once, here
+  std::string line;                 // the command line, to be shown
   std::vector<std::string> subjects;   // sheet: runs or pictures
   std::string other;                // diff: the second file
   double fail = 0, fail_percent = 0;

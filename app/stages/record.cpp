@@ -1,7 +1,5 @@
 #include "app/stages/record.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -19,12 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-std::int64_t peak_memory() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::int64_t{1024} * usage.ru_maxrss;
-}
 
 double finite(double value, std::string_view name) {
   if (!std::isfinite(value)) throw std::logic_error(std::string(name) + " is not a finite number");
@@ -66,6 +58,7 @@ void put_totals(const sim::Totals& totals, Json& out) {
   else put("max_divergence", totals.max_divergence);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   if (totals.imbalance) put("imbalance", *totals.imbalance);
+  for (const auto& [stage, change] : totals.energy_changes) out["energy_changes"][stage] = finite(change, stage);
   out["state_hash"] = hex16(totals.state_hash);
 }
 
@@ -84,6 +77,8 @@ sim::Totals totals_from(const Json& json) {
   if (json.contains("elastic_energy")) totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
   else totals.max_divergence = json.at("max_divergence");
   if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
+  if (json.contains("energy_changes"))
+    for (const auto& [pass, change] : json.at("energy_changes").items()) totals.energy_changes[pass] = change;
   if (json.contains("imbalance")) totals.imbalance = json.at("imbalance").get<double>();
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
   for (const auto& [name, count] : kCounters) totals.*count = json.at(name);
@@ -171,7 +166,7 @@ void write_record(const Folder& folder, std::int64_t dimension, Record record) {
   record.files.clear();
   for (const fs::path& file : folder.outputs(record.stage, record.frame)) record.files.push_back(measure_written(folder, file));
   if (const auto above = stage_above(record.stage, dimension)) record.source = measure_written(folder, folder.outputs(*above, record.frame).front());
-  record.peak_bytes = peak_memory();
+  record.peak_bytes = base::peak_memory();
   const fs::path path = folder.record(record.stage, record.frame);
   Folder::make_room_for(path);
   base::write_text_atomically(path, document_text(to_json(record)));
@@ -218,7 +213,7 @@ std::vector<std::string> damaged_files(const Folder& folder, const Record& recor
 Json run_document(const Folder& folder, const Shot& shot, int threads) {
   const StageHashes hashes = stage_hashes(shot);
   std::map<std::int64_t, std::vector<Record>> frames;
-  std::int64_t peak_bytes = peak_memory();
+  std::int64_t peak_bytes = base::peak_memory();
   const std::int64_t dimension = shot.scene.options.dimension;
   for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
     for (const std::int64_t frame : folder.recorded_frames(stage))

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
+#include "sim/effects/potential.h"
 #include "sim/fluid/energy_watch.h"
 #include "sim/fluid/pace.h"
 #include "sim/fluid/seeding.h"
@@ -59,6 +60,7 @@ class Liquid final : public Simulation {
     if (particles_.size() == 0)
       throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     if (options_.write.pressure) pressure_.assign(particles_.size(), 0);
+    step_.falls(downhill(gravity_, options_));
   }
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
@@ -178,7 +180,8 @@ class Liquid final : public Simulation {
     }, [](double a, double b) { return std::max(a, b); });
   }
 
-  double potential_energy() const;
+  /// From the domain's floor; without the part along periodic axes, which have none.
+  double potential_energy() const { return sim::potential_energy(particles_, downhill(gravity_, options_), options_.cell); }
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
@@ -247,6 +250,7 @@ Totals Liquid<D, Real>::totals() const {
   t.splitting_fallbacks = splitting_fallbacks_;
   t.volume_drift = drift_;
   t.max_divergence = counts.max_divergence;
+  t.energy_changes = step_.audit().changes();
   const std::size_t n = particles_.size();
   t.time = time();
   t.particles = std::int64_t(n);
@@ -260,19 +264,6 @@ Totals Liquid<D, Real>::totals() const {
   t.max_speed = max_speed();
   t.state_hash = hash_of(particles_, [](std::size_t, std::uint64_t hash) { return hash; });
   return t;
-}
-
-/// From the domain's floor; without the part along periodic axes, which have none.
-template <int D, class Real>
-double Liquid<D, Real>::potential_energy() const {
-  base::Vec3 downhill = gravity_;
-  for (int a = 0; a < D; ++a)
-    if (options_.periodic(a)) downhill[a] = 0;
-  return -particles_.mass * base::ordered_reduce(particles_.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
-    double sum = 0;
-    for (std::size_t p = begin; p < end; ++p) sum += options_.cell * downhill.head<D>().dot(particles_.place(p));
-    return sum;
-  }, [](double a, double b) { return a + b; });
 }
 
 template <int D, class Real>

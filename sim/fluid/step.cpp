@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "sim/effects/potential.h"
 #include "sim/fluid/advect.h"
 #include "sim/fluid/particle_pressure.h"
 
@@ -39,11 +40,17 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     // Stencils reach two places beyond a cell; from there the field goes on into the air, and whoever reads at its rim looks one further.
     if (free_surface_) blocks_.cover(ranges_, layers() + 3);
   }
+  if (options_.audit) {
+    const auto pass = ledger.pass("audit");
+    particle_mass_ = particles.mass;
+    audit_.begin(energy(particles));
+  }
   {
     const auto pass = ledger.pass("p2g", bytes_of(particles) + 4 * grid_bytes());
     transfer_.scatter(particles, ranges_, blocks_, grid_);
     counts_.light_faces += grid_.light_faces;
   }
+  audit("p2g", grid_.velocity, ledger);
   {
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
     cells_.open.update(solids_, blocks_);
@@ -52,21 +59,26 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     if (free_surface_) cells_.distance = surface_distance(filling_, cells_.kind, blocks_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
-  const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
-  constexpr int kShallow = 2;
-  for (int a = 0; a < D; ++a) {
-    valid_[a].resize(blocks_.size());
-    base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
-    });
+  {
+    const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
+    constexpr int kShallow = 2;
+    for (int a = 0; a < D; ++a) {
+      valid_[a].resize(blocks_.size());
+      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
+      });
+    }
+    extrapolate(grid_.velocity, valid_, blocks_, options_.transfer == Transfer::flip ? layers() : kShallow);
+    scattered_ = grid_.velocity;
   }
-  extrapolate(grid_.velocity, valid_, blocks_, options_.transfer == Transfer::flip ? layers() : kShallow);
-  scattered_ = grid_.velocity;
+  audit("extrapolate", scattered_, ledger);
+  scattered_audit_ = audit_;
 }
 
 template <int D, class Real>
 double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, base::Ledger& ledger) {
   force_.setZero();
+  audit_ = scattered_audit_;
   if (acceleration.isZero(0)) {
     grid_.velocity = scattered_;
   } else {
@@ -78,16 +90,21 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
       });
     }
   }
-  auto pass = ledger.pass("pressure", 4 * grid_bytes());
-  const PressureReport report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
+  if (!acceleration.isZero(0)) audit("forces", grid_.velocity, ledger);
+  PressureReport report;
+  {
+    auto pass = ledger.pass("pressure", 4 * grid_bytes());
+    report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
+    pass.count(report.bytes);
+  }
   if (options_.write.pressure) {
     pressure_ = projection_.pressure();
     pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
     for (double& p : pressure_) p *= options_.cell / dt;
   }
+  audit("pressure", grid_.velocity, ledger);
   counts_.pressure_iterations += report.iterations;
   counts_.pressure_fallbacks += report.fell_back;
-  pass.count(report.bytes);
   counts_.max_divergence = report.max_divergence / options_.cell;
   if (report.closed_pockets > 0) counts_.imbalance = std::max(counts_.imbalance.value_or(0), report.imbalance / options_.cell);
   solid_work_ = report.solid_work;
@@ -104,9 +121,13 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
     const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
-  const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-  if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
-  else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles);
+  audit("extrapolate", grid_.velocity, ledger);
+  {
+    const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
+    if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
+    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles);
+  }
+  audit("g2p", particles, ledger);
 }
 
 template <int D, class Real>
@@ -120,13 +141,18 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
       });
     }
   }
+  audit("reflect", reflected_, ledger);
   {
     const auto pass = ledger.pass("extrapolate", 4 * grid_bytes());
     extrapolate(reflected_, valid_, blocks_, layers());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
-  const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-  transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles);
+  audit("extrapolate", reflected_, ledger);
+  {
+    const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
+    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles);
+  }
+  audit("g2p", particles, ledger);
 }
 
 template <int D, class Real>
@@ -140,25 +166,53 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (displaces_) {
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));
-    displaces_ = false;
     shift(transfer_, blocks_, displacement_, solids_, ranges, particles);
   }
+  if (std::exchange(displaces_, false)) audit("volume", particles, ledger);
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
     advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
+  audit("advect", particles, ledger);
   if (solids_.any()) {
-    const auto pass = ledger.pass("collide", bytes_of(particles));
-    const Contacts contacts = push_out<D, Real>(solids_, transfer_.modes(), particles);
-    counts_.pushed_out += contacts.pushed_out;
-    counts_.dropped_modes += contacts.dropped_modes;
-    const std::int64_t left = remove_outside(solids_.lattice, particles, departure_);
-    counts_.left += left;
-    if (left > 0) ranges = {};
+    {
+      const auto pass = ledger.pass("collide", bytes_of(particles));
+      const Contacts contacts = push_out<D, Real>(solids_, transfer_.modes(), particles);
+      counts_.pushed_out += contacts.pushed_out;
+      counts_.dropped_modes += contacts.dropped_modes;
+      const std::int64_t left = remove_outside(solids_.lattice, particles, departure_);
+      counts_.left += left;
+      if (left > 0) ranges = {};
+    }
+    audit("collide", particles, ledger);
   }
   if (!limits) return;
-  const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
-  counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);
+  {
+    const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
+    counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);
+  }
+  audit("carry", particles, ledger);
+}
+
+template <int D, class Real>
+EnergyAudit::Energy FluidStep<D, Real>::energy(const Particles<D, Real>& particles) const {
+  return {transfer_.sums(particles, options_.cell).kinetic_energy, potential_energy(particles, down_, options_.cell)};
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::audit(std::string_view stage, const Particles<D, Real>& particles, base::Ledger& ledger) {
+  if (!options_.audit) return;
+  const auto pass = ledger.pass("audit");
+  if (stage == "advect") audit_.moved(energy(particles));
+  else audit_.reached(stage, energy(particles));
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::audit(std::string_view stage, const FaceField<D, Real>& velocity, base::Ledger& ledger) {
+  if (!options_.audit) return;
+  const auto pass = ledger.pass("audit");
+  const MacVelocity<D, Real> field{velocity, grid_.mass, 0};
+  audit_.reached(stage, transfer_.sums(blocks_, field, particle_mass_, options_.cell).kinetic_energy);
 }
 
 template <int D, class Real>
@@ -185,6 +239,7 @@ void FluidStep<D, Real>::set_velocity(const ActiveBlocks<D>& blocks, FaceField<D
   grid_.velocity = std::move(field);
   scattered_ = grid_.velocity;
   for (auto& valid : valid_) valid.assign(blocks_.size(), 1);
+  for (auto& mass : grid_.mass) mass.assign(blocks_.size(), Real(options_.particles_per_cell));   // nothing is light
 }
 
 template class FluidStep<2, float>;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/ledger.h"
+#include "sim/energy_audit.h"
 #include "sim/fluid/pressure.h"
 #include "sim/transfer/mac_transfer.h"
 
@@ -58,12 +59,20 @@ class FluidStep {
   void set_velocity(const ActiveBlocks<D>& blocks, FaceField<D, Real> field);
   const MacTransfer<D, Real>& transfer() const { return transfer_; }
   const StepCounts& counts() const { return counts_; }
-  void clear_counts() { counts_ = {}; }
+  /// Where the energy went since the counts were cleared; empty unless options say audit.
+  const EnergyAudit& audit() const { return audit_; }
+  /// [m/s^2] gravity that the audit measures places by: only along axes that have a floor.
+  void falls(const base::Vec3& down) { down_ = down; }
+  void clear_counts() { counts_ = {}, audit_.clear(); }
   bool has_surface() const { return free_surface_; }
 
  private:
   /// Cells that a particle may cross in a step, rounded up, and a margin for the kernel: how deep the field must reach into the air.
   int layers() const;
+  /// What a pass made of the energy, where it is asked for: of the particles, or of `velocity` with the masses that particles gave the faces.
+  void audit(std::string_view stage, const Particles<D, Real>&, base::Ledger&);
+  void audit(std::string_view stage, const FaceField<D, Real>& velocity, base::Ledger&);
+  EnergyAudit::Energy energy(const Particles<D, Real>&) const;
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
 
   Options options_;
@@ -88,6 +97,9 @@ class FluidStep {
   bool displaces_ = false;
   double solid_work_ = 0;
   StepCounts counts_;
+  EnergyAudit audit_, scattered_audit_;         // the second as it was after `scatter`
+  double particle_mass_ = 0;                    // [kg]
+  base::Vec3 down_ = base::Vec3::Zero();        // [m/s^2]
 };
 
 }  // namespace sim

@@ -80,6 +80,7 @@ KnownFlow<D, Real>::KnownFlow(const Scene& scene, VelocityAt<D> exact, double fl
   base::Ledger unused;
   step_.set_velocity(ActiveBlocks<D>(step_.blocks()), field_on_faces<D, Real>(step_.blocks(), options_, exact_, 0));
   step_.gather({}, particles_, unused);
+  step_.clear_counts();
 }
 
 template <int D, class Real>
@@ -88,6 +89,7 @@ void KnownFlow<D, Real>::fit_to_walls() {
   step_.scatter(particles_, unused);
   step_.project(1, base::Vec3::Zero(), unused);
   step_.gather({}, particles_, unused);
+  step_.clear_counts();
 }
 
 template <int D, class Real>
@@ -118,6 +120,13 @@ double KnownFlow<D, Real>::squares(const Vec<D, double>& mean) const {
 }
 
 template <int D, class Real>
+double KnownFlow<D, Real>::kinetic_energy(const Vec<D, double>& mean) const {
+  const auto sums = step_.transfer().sums(particles_, options_.cell);
+  const double mass = particles_.mass * double(particles_.size());
+  return sums.kinetic_energy - mean.dot(sums.linear_momentum.template head<D>()) + 0.5 * mass * mean.squaredNorm();
+}
+
+template <int D, class Real>
 double KnownFlow<D, Real>::squares_of_error() const {
   const auto& v = step_.velocity();
   const auto exact = field_on_faces<D, double>(step_.blocks(), options_, exact_, time_);
@@ -144,7 +153,7 @@ double KnownFlow<D, Real>::vorticity_squares_of_error() const {
 template <int D, class Real>
 ProblemResult answer(KnownFlow<D, Real>& flow, const FlowQuestion& question, base::Ledger& ledger) {
   const Vec<D, double> mean = question.mean.head<D>();
-  const double energy = flow.squares(mean), enstrophy = flow.vorticity_squares();
+  const double energy = flow.squares(mean), enstrophy = flow.vorticity_squares(), joules = flow.kinetic_energy(mean);
   ProblemResult result;
   base::Ledger clock;
   const auto sample = [&] {
@@ -161,6 +170,8 @@ ProblemResult answer(KnownFlow<D, Real>& flow, const FlowQuestion& question, bas
     ++result.steps;
     sample();
   }
+  for (const auto& [stage, change] : flow.grid().audit().changes()) result.energy_changes[stage] = change / joules;
+  result.particle_energy = flow.kinetic_energy(mean) / joules;
   result.particles = std::int64_t(flow.particles().size());
   result.whole = clock.passes().at("step");
   result.errors.energy = std::abs(result.energy.back() - 1);

@@ -36,6 +36,8 @@ class KnownFlow {
 
   /// Sums of squares over the faces of the domain: of the velocity less `mean` [m^2/s^2], and of what it differs from the exact one now.
   double squares(const Vec<D, double>& mean) const;
+  /// Of the particles' polynomials, without the motion of all by `mean` [J].
+  double kinetic_energy(const Vec<D, double>& mean) const;
   double squares_of_error() const;
   /// The same of the vorticity, where four faces surround an edge of the cells [1/s^2].
   double vorticity_squares() const;

@@ -1,0 +1,60 @@
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands/commands.h"
+#include "app/stages/document.h"
+#include "app/stages/interrupt.h"
+#include "app/study/cost.h"
+#include "app/study/study_files.h"
+#include "base/error.h"
+#include "base/text.h"
+
+namespace app {
+namespace {
+
+/// A shot, unless it is the name of a problem.
+std::filesystem::path shot_of(const std::string& subject) {
+  try {
+    return find_shot(subject);
+  } catch (const base::Error& e) {
+    std::vector<std::string> names;
+    for (const sim::ProblemRow& row : sim::problem_rows()) names.emplace_back(row.name);
+    const std::string nearest = base::nearest_word(subject, names);
+    if (nearest.empty() || !e.complaint().hint.empty()) throw;
+    base::Complaint complaint = e.complaint();
+    complaint.hint = "did you mean " + nearest + "?";
+    throw base::Error(std::move(complaint));
+  }
+}
+
+}  // namespace
+
+bool cost(const Request& request) {
+  const sim::ProblemRow* const problem = sim::find_problem(request.subject);
+  const int cores = request.threads.value_or(tbb::info::default_concurrency());
+  const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(cores));
+  if (request.single) {
+    if (!problem) throw base::Error({.file = "--single", .message = "is for problems"});
+    std::fputs(single_run(*problem, request.overrides).c_str(), stdout);
+    return true;
+  }
+  const std::filesystem::path shot = problem ? std::filesystem::path() : shot_of(request.subject);
+  CostOrder order{.overrides = request.overrides, .vary = {}, .frames = request.frames,
+                  .out = request.out.value_or(std::filesystem::path("out") / "cost" / (problem ? request.subject : shot.stem().string())),
+                  .threads = cores, .repeats = request.repeats, .command = request.line};
+  for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
+  catch_signals();
+  base::Progress progress(request.json ? stderr : stdout, request.quiet);
+  const Study study = problem ? study_of_problem(*problem, order, progress) : study_of_shot(shot, order, progress);
+  write_study(study, order.out);
+  if (request.json) std::fputs(document_text(study_json(study)).c_str(), stdout);
+  else std::fputs(study_table(study).c_str(), stdout);
+  progress.line("done   " + (order.out / "cost.csv").string());
+  return std::all_of(study.variants.begin(), study.variants.end(), [](const Variant& v) { return v.ran(); });
+}
+
+}  // namespace app

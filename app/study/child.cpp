@@ -1,0 +1,71 @@
+#include "app/study/child.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <string.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "app/stages/interrupt.h"
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/scratch_folder.h"
+
+extern char** environ;
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string last_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const std::size_t start = text.rfind('\n');
+  if (start != std::string::npos) text = text.substr(start + 1);
+  constexpr std::string_view kName = "polypic: ";
+  return text.starts_with(kName) ? text.substr(kName.size()) : text;
+}
+
+}  // namespace
+
+ChildEnd run_child(const std::vector<std::string>& words) {
+  std::error_code none;
+  const base::ScratchFolder scratch;
+  if (scratch.path().empty()) base::throw_io(fs::temp_directory_path(none).string(), "no temporary folder can be made");
+  std::vector<std::string> all = {fs::read_symlink("/proc/self/exe", none).string()};
+  all.insert(all.end(), words.begin(), words.end());
+  std::vector<char*> arguments;
+  for (std::string& word : all) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const fs::path out = scratch.path() / "out", err = scratch.path() / "err";
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  pid_t child = -1;
+  const int failure = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failure != 0) base::throw_io(all[0], ::strerror(failure));
+  int status = 0;
+  bool told = false;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (signal_came() && !told) told = true, ::kill(child, SIGTERM);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  stop_if_signalled();
+  ChildEnd end;
+  if (WIFSIGNALED(status)) end.failure = "ended by signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+  else if (WEXITSTATUS(status) != 0) {
+    end.failure = last_line(base::read_file(err));
+    if (end.failure.empty()) end.failure = "ended with exit code " + std::to_string(WEXITSTATUS(status));
+  }
+  else end.out = base::read_file(out);
+  return end;
+}
+
+}  // namespace app

@@ -1,0 +1,18 @@
+#pragma once
+// Which variants are worth their time.
+#include "app/study/study.h"
+
+namespace app {
+
+/// Median, least and most of `seconds`.
+void sum_up_seconds(Variant&);
+
+/// The spreads of their times overlap, 5 % of it added: measured again, the order of the two may be another.
+bool is_tie(const Variant&, const Variant&);
+
+/// Of every case: ties, the Pareto front of the deciding error against the median of the seconds, and the three sentences. An error that is absent
+/// counts as the case's noise. Of two that are as fast the one with less error is on the front; of two with the same error (to 1 %) the faster one.
+/// The best value is the one on the front with the least product of error and seconds.
+void judge(Study&);
+
+}  // namespace app

@@ -1,0 +1,2 @@
+# What accuracy costs: problems with known answers, and the engine around them.
+polypic_test(cost_problems LABEL slow LINK polypic_app)
