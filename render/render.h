@@ -216,6 +216,11 @@ void write_exr(const std::filesystem::path&, const Image&, const Stamp&, base::L
 /// 8-bit PNG through the view and exposure of `options`, of what is denoised if they say so; a preview goes in as it is (`display_referred`). Atomic.
 void write_png(const std::filesystem::path&, const Image&, const Options& options, bool display_referred, base::Ledger&);
 
+/// R, G and B of a picture as displayed at `width` pixels or its own width, whichever is less: the mean of the light of the pixels that it covers.
+Image shrunk(const Image&, std::int64_t width);
+/// A JPEG file of a picture as displayed, in memory; `quality` is 1 ... 100.
+std::string jpeg(const Image&, int quality);
+
 struct ImageInfo {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;

@@ -33,15 +33,19 @@ void check_finite(const Image& image, const std::filesystem::path& path) {
   }
 }
 
-/// Writes `pixels` as `spec` says to a file that is whole or not there. Encoded in memory: the library takes no notice of a disk that
-/// is full when the last of a file goes out.
-void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
-  OIIO::Filesystem::IOVecOutput encoded;
-  const auto out = OIIO::ImageOutput::create(path.string(), &encoded);
+/// `pixels` as `spec` says, as a file of the kind that the path names. In memory: the library takes no notice of a disk that is full when the last
+/// of a file goes out.
+std::string encoded(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
+  OIIO::Filesystem::IOVecOutput file;
+  const auto out = OIIO::ImageOutput::create(path.string(), &file);
   if (!out) base::throw_io(path.string(), OIIO::geterror());
   if (!out->open(path.string(), spec) || !out->write_image(type, pixels) || !out->close()) base::throw_io(path.string(), out->geterror());
-  const std::vector<unsigned char>& bytes = encoded.buffer();
-  base::write_text_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::vector<unsigned char>& bytes = file.buffer();
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+void write(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
+  base::write_text_atomically(path, encoded(path, spec, type, pixels));
 }
 
 /// Noise of one code value that is the same for a pixel in every frame: it breaks up the steps of a slow gradient.
@@ -171,6 +175,15 @@ Image read_image(const std::filesystem::path& path) {
   image.pixels.resize(checked_values(path, spec));
   if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, image.pixels.data())) base::throw_input(path.string(), reason_of(in->geterror()));
   return image;
+}
+
+std::string jpeg(const Image& image, int quality) {
+  const std::size_t channels = image.channels.size();
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(image.width * image.height) * 3);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(std::clamp(255 * image.pixels[i / 3 * channels + i % 3] + 0.5f, 0.0f, 255.0f));
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeUInt8);
+  spec.attribute("Compression", "jpeg:" + std::to_string(quality));
+  return encoded("picture.jpg", spec, OIIO::TypeUInt8, bytes.data());
 }
 
 ImageInfo info(const std::filesystem::path& path) {

@@ -1,0 +1,13 @@
+#pragma once
+// Text that may be anything a user has typed, as what pages and plots can hold.
+#include <string>
+
+namespace app {
+
+/// Control characters (but tabs and line ends) and what is no UTF-8 become U+FFFD.
+std::string clean_text(const std::string&);
+
+/// Clean text in HTML: & < > " and ' are written as references.
+std::string html_text(const std::string&);
+
+}  // namespace app
