@@ -41,6 +41,7 @@ TEST_F(Film, HasEveryFileAndNothingElse) {
                                        "out/x/preview.mp4",
                                        "out/x/preview/preview.0001.png",
                                        "out/x/preview/preview.0002.png",
+                                       "out/x/report.html",
                                        "out/x/run.json",
                                        "out/x/shot.toml",
                                        "out/x/surface",

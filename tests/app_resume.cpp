@@ -14,7 +14,7 @@ class Resume : public FilmTest {
     std::map<std::string, std::string> all;
     for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
       const std::string name = fs::relative(entry.path(), folder / out).string();
-      if (entry.is_regular_file() && name != "run.json" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
+      if (entry.is_regular_file() && name != "run.json" && name != "report.html" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
     }
     return all;
   }

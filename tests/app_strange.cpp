@@ -30,7 +30,7 @@ class Strange : public FilmTest {
     std::map<std::string, std::string> all;
     for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
       const std::string name = fs::relative(entry.path(), folder / out).string();
-      if (entry.is_regular_file() && name != "run.json" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
+      if (entry.is_regular_file() && name != "run.json" && name != "report.html" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
     }
     return all;
   }
@@ -64,7 +64,7 @@ TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
   run_well({"run", "x.toml"});
   const auto good = results();
   for (const std::string name : {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0002.exr", "images/beauty.0001.png", "movie.mp4",
-                                 "ledger/render.0001.json", "ledger/simulate.0002.json", "ledger/movie.json", "run.json", ".lock", ".simulate.lock"}) {
+                                 "ledger/render.0001.json", "ledger/simulate.0002.json", "ledger/movie.json", "run.json", "report.html", ".lock", ".simulate.lock"}) {
     fs::remove(folder / "out/x" / name);
     ASSERT_EQ(::mkfifo((folder / "out/x" / name).c_str(), 0600), 0);
   }
@@ -82,7 +82,7 @@ TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
 TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
   run_well({"run", "x.toml"});
   const auto good = results();
-  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0001.png", "movie.mp4", "ledger/surface.0001.json", "run.json"}) {
+  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0001.png", "movie.mp4", "ledger/surface.0001.json", "run.json", "report.html"}) {
     fs::rename(folder / "out/x" / name, folder / "kept");
     fs::create_directory(folder / "out/x" / name);
     expect_line(run({"run", "x.toml"}), 5, "out/x/" + name + ": Is a directory");
@@ -195,7 +195,7 @@ TEST_F(Strange, InfoKnowsEveryFileOfARun) {
     EXPECT_EQ(Json::parse(outcome.out).at("file"), entry.path().string());
     ++known;
   }
-  EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 2);   // files and records of frames, movies and their records, states, shot.toml and run.json
+  EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 3);   // files and records of frames, movies and their records, states, shot.toml, run.json and report.html
 }
 
 TEST_F(Strange, InfoTakesNothingForARunThatIsNone) {

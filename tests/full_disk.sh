@@ -40,19 +40,19 @@ spp = 1
 SHOT
 
 # Content of all files but those that tell of times.
-content() { (cd "$1" && find . -type f ! -path './ledger/*' ! -name run.json -exec sha256sum {} + | sort); }
+content() { (cd "$1" && find . -type f ! -path './ledger/*' ! -name run.json ! -name report.html -exec sha256sum {} + | sort); }
 
 "$program" run x.toml --preview --out straight --quiet
 content straight >straight.sums
 need=$(du -s --apparent-size -k straight | cut -f1)
 # [kB] what is there when the first movie is begun: pages of 4 kB, and two locks
-before_movies=$(find straight -type f ! -name '*.mp4' ! -name 'movie.json' ! -name 'preview.json' ! -name run.json -printf '%s\n' | awk '{sum += 4 * int(($1 + 4095) / 4096)} END {print sum + 8}')
+before_movies=$(find straight -type f ! -name '*.mp4' ! -name 'movie.json' ! -name 'preview.json' ! -name run.json ! -name report.html -printf '%s\n' | awk '{sum += 4 * int(($1 + 4095) / 4096)} END {print sum + 8}')
 
 bad=0
 declare -A met=()
 for round in $(seq $((rounds + 8))); do
   size=$((round * need / rounds + 16))
-  [ "$round" -le "$rounds" ] || size=$((before_movies + 4 * (round - rounds - 1)))   # the movies, their records and run.json
+  [ "$round" -le "$rounds" ] || size=$((before_movies + 4 * (round - rounds - 1)))   # the movies, their records, run.json and report.html
   mount -t tmpfs -o size="${size}k" tmpfs disk
   code=0 complaint=
   said=$("$program" run x.toml --preview --out disk/x --quiet 2>&1) || code=$?

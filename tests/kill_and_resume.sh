@@ -60,7 +60,7 @@ SHOT
 
 milliseconds() { echo $(($(date +%s%N) / 1000000)); }
 states() { sed -n 's/.*"state_hash": *//p' "$1/run.json"; }
-content() { (cd "$1" && find . -type f ! -path './ledger/*' ! -name run.json -exec sha256sum {} + | sort); }
+content() { (cd "$1" && find . -type f ! -path './ledger/*' ! -name run.json ! -name report.html -exec sha256sum {} + | sort); }
 # make SHOT DIR: the command of every round
 make() { "$program" run "$1.toml" --preview --out "$2" --quiet; }
 # What the run was at: the frame and stage it would have recorded next, or the movies.

@@ -130,6 +130,19 @@ void add_options(CLI::App& command, const std::string& name, Request& request, W
   }
 }
 
+/// The words with quotes where a shell needs them.
+std::string shell_line(int count, const char* const* words) {
+  std::string line = "polypic";
+  for (int i = 1; i < count; ++i) {
+    const std::string word = words[i];
+    const bool plain = !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%") == std::string::npos;
+    std::string quoted;
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += " " + (plain ? word : "'" + quoted + "'");
+  }
+  return line;
+}
+
 Request answer(std::string text) {
   Request request;
   request.text = std::move(text);
@@ -160,6 +173,7 @@ Request parse_command_line(int count, const char* const* given) {
 
   Request request;
   request.command = first;
+  request.command_line = shell_line(count, given);
   Words words;
   CLI::App command("", first);
   add_options(command, first, request, words);

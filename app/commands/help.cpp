@@ -18,7 +18,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic plan SHOT        what a shot asks for and what it will cost
   polypic cost SHOT        what more or less accuracy would cost in time; also cost PROBLEM
   polypic list             shots, materials and looks that come with the program
-  polypic info FILE        what is in a .vdb, .exr, .png or run.json
+  polypic info FILE        what is in a .vdb, .exr, .png, run.json or report.html
   polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic sheet RUN...     pictures of several runs side by side, with labels
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
@@ -53,6 +53,7 @@ const std::map<std::string_view, std::string> kPages = {
     {"run", std::string(R"(polypic run SHOT [options]     simulates, surfaces and renders, frame by frame, then makes the movie
 
 Frames that are finished are kept: the same command goes on where it was stopped. A shot without [render] ends with its surfaces.
+report.html in the run's directory shows frames, energy, volume and momentum over time and seconds by pass, on one page.
 )") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(also draws quick previews: preview/preview.0001.png, preview.mp4
 
   polypic run dam_break

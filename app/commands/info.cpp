@@ -102,6 +102,21 @@ Json document_info(const fs::path& file) {
   return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};
 }
 
+/// Of a page of ours: what it is called.
+Json page_info(const fs::path& file) {
+  const std::string text = base::read_file(file, kLargestDocument), open = "<title>", close = "</title>";
+  const std::size_t begin = text.find(open), end = text.find(close);
+  if (text.find("<meta name=\"generator\" content=\"polypic\">") == std::string::npos || begin == std::string::npos || end == std::string::npos)
+    base::throw_input(file.string(), "not a report of this program");
+  const auto count = [&](const std::string& what) {
+    std::int64_t found = 0;
+    for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  const Json page = {{"title", text.substr(begin + open.size(), end - begin - open.size())}, {"bytes", text.size()}, {"plots", count("<svg")}, {"pictures", count("<img")}};
+  return {{"schema", 1}, {"file", file.string()}, {"kind", "report"}, {"report", page}};
+}
+
 /// The extension; a checkpoint that was put aside, state.0010.h5.bad2, is still one.
 std::string kind_of(const fs::path& file) { return (file.extension().string().starts_with(".bad") ? file.stem() : file).extension().string(); }
 
@@ -148,7 +163,7 @@ void print_text(const Json& out) {
     for (const auto& [name, value] : image["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());
   }
   if (out.contains("run")) print_run(out["run"]);
-  for (const char* part : {"record", "movie", "checkpoint", "shot"})
+  for (const char* part : {"record", "movie", "checkpoint", "shot", "report"})
     if (out.contains(part))
       for (const auto& [name, value] : out[part].items()) std::printf("  %s  %s\n", name.c_str(), value.dump().c_str());
 }
@@ -178,8 +193,10 @@ void info(const Request& request) {
       out = shot_info(file);
     } else if (extension == ".mp4") {
       out = {{"schema", 1}, {"file", file.string()}, {"kind", "movie"}, {"movie", movie_info(file)}};
+    } else if (extension == ".html") {
+      out = page_info(file);
     } else {
-      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .mp4, .h5, .json, .toml");
+      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .mp4, .h5, .json, .toml, .html");
     }
   } catch (const Json::exception&) {
     base::throw_input(file.string(), "not a document of this program");

@@ -11,6 +11,7 @@ namespace app {
 
 struct Request {
   std::string command;              // "run", "list" ...; empty when `text` answers the call
+  std::string command_line;         // as a shell would take it
   std::string subject;              // SHOT, FILE or TOPIC as given
   Overrides overrides;
   std::optional<std::filesystem::path> out;

@@ -14,6 +14,7 @@
 #include "app/stages/record.h"
 #include "app/stages/simulate.h"
 #include "app/stages/stopwatch.h"
+#include "app/study/run_report.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 
@@ -117,27 +118,28 @@ void make_movies(const Making& m, Finished& finished) {
   }
 }
 
-nlohmann::ordered_json write_run(const Making& m) {
+nlohmann::ordered_json write_run(const Making& m, base::Progress& progress) {
   const Lock lock = Lock::take(m.folder.lock_of_run(), [] {});   // the last to write has read all records
   nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
   base::write_text_atomically(m.folder.run(), document_text(run));
+  write_run_report(m.folder, m.shot, run, m.order.command, progress);
   return run;
 }
 
-// Makes everything; whatever stops it, what is finished is told of in run.json and the simulation is saved.
+// Makes everything; whatever stops it, what is finished is told of in run.json and report.html, and the simulation is saved.
 nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, PointsMaker& points, base::Progress& progress) {
   try {
     FrameMaker(m, finished, points, progress).make_all();
     make_movies(m, finished);
   } catch (const Interrupted& e) {
     const fs::path saved = points.save();
-    write_run(m);
+    write_run(m, progress);
     throw Interrupted(e.signal(), saved.string());
   } catch (const base::Error& e) {
-    if (e.complaint().code != base::Exit::io) write_run(m);
+    if (e.complaint().code != base::Exit::io) write_run(m, progress);
     throw;
   }
-  return write_run(m);
+  return write_run(m, progress);
 }
 
 // Where the result of the last stage asked for lies.

@@ -127,7 +127,7 @@ void Folder::remove_files(Stage stage) const {
 }
 
 void Folder::remove_leftovers() const {
-  static const std::regex left(R"(\.(shot|run|movie|preview|(points|surface|beauty|preview|simulate|render|state)\.[0-9]{4,9})\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)"
+  static const std::regex left(R"(\.(shot|run|report|movie|preview|(points|surface|beauty|preview|simulate|render|state)\.[0-9]{4,9})\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)"
                                R"(|\.(simulate|run|movie|(surface|render|preview)\.[0-9]{4,9})\.lock)");
   std::vector<fs::path> folders = {root_, root_ / kLedger, root_ / kCheckpoints};
   for (const Series& series : kSeries) folders.push_back(root_ / series.folder);

@@ -25,6 +25,7 @@ class Folder {
   const std::filesystem::path& root() const { return root_; }
   std::filesystem::path shot() const { return root_ / "shot.toml"; }
   std::filesystem::path run() const { return root_ / "run.json"; }
+  std::filesystem::path report() const { return root_ / "report.html"; }
   std::filesystem::path points(std::int64_t frame) const;
   std::filesystem::path surface(std::int64_t frame) const;
   std::filesystem::path image(std::int64_t frame, std::string_view extension) const;   // ".exr" | ".png"

@@ -105,6 +105,12 @@ void Page::figure_of(const std::string& svg, const std::string& caption) {
   add("<figure>" + element + (caption.empty() ? "" : "<figcaption>" + html_text(caption) + "</figcaption>") + "</figure>\n");
 }
 
+void Page::figures_of(const std::vector<std::string>& svgs) {
+  add("<div class=\"pair\">\n");
+  for (const std::string& svg : svgs) figure_of(svg);
+  add("</div>\n");
+}
+
 void Page::figure(const fs::path& svg_file, const std::string& caption) { figure_of(base::read_file(svg_file), caption); }
 
 void Page::add_picture(const fs::path& file, std::int64_t width, const std::string& attributes, const std::string& label) {

@@ -42,6 +42,8 @@ class Page {
   /// The text of an SVG, or a file with one. Throws base::Error (exit 2) for a file that cannot be read, std::invalid_argument for an SVG with a script.
   void figure_of(const std::string& svg, const std::string& caption = "");
   void figure(const std::filesystem::path& svg_file, const std::string& caption = "");
+  /// Several, two beside each other where there is room.
+  void figures_of(const std::vector<std::string>& svgs);
   /// Strips side by side with one slider; the k-th picture of each is shown over `moments`[k] ("frame 3, t = 0.083 s"). Pictures that cannot be
   /// read are left out with a word in their place. A strip may be shorter than `moments`.
   void scrubber(const std::vector<Strip>&, const std::vector<std::string>& moments);

@@ -33,7 +33,8 @@ dd { margin: 0; overflow-wrap: anywhere; }
 figure { margin: 18px 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
 figure > svg { display: block; width: 100%; height: auto; background: #ffffff; }
 figcaption { padding: 9px 16px; color: var(--soft); font-size: 15px; border-top: 1px solid var(--line); }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px; }
+.pair figure { margin: 0; }
+.pair { margin: 18px 0; display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px; }
 .wide { overflow-x: auto; background: var(--card); border: 1px solid var(--line); border-radius: 6px; margin: 14px 0; }
 table { border-collapse: collapse; width: 100%; font-size: 15px; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding: 10px 14px; color: var(--soft); }
@@ -55,7 +56,7 @@ tbody tr:hover { background: var(--mark); }
 .strip figcaption { color: var(--ink); font-weight: bold; }
 .sheet figcaption { padding: 4px 10px; font-size: 13px; }
 img { display: block; width: 100%; height: auto; }
-[hidden] { display: none; }
+[hidden] { display: none !important; }
 .none { display: block; padding: 60px 12px; text-align: center; color: var(--soft); }
 .controls { position: sticky; bottom: 0; display: flex; gap: 16px; align-items: center; background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 10px 16px; margin-top: 12px; }
 .controls input { flex: 1; accent-color: var(--accent); }

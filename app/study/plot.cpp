@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string terminal_svg(const fs::path& file) {
-  return "set terminal svg size " + std::to_string(kCanvasWidth) + "," + std::to_string(kCanvasHeight) + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output '" + file.string() + "'\n";
+std::string terminal_svg(const Plot& plot, const fs::path& file) {
+  return "set terminal svg size " + std::to_string(plot.width) + "," + std::to_string(plot.height) + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output '" + file.string() + "'\n";
 }
 
 /// Twice the size of the SVG; this terminal's letters are in points of 4/3 pixels.
-std::string terminal_png(const fs::path& file) {
-  return "set terminal pngcairo size " + std::to_string(2 * kCanvasWidth) + "," + std::to_string(2 * kCanvasHeight) +
+std::string terminal_png(const Plot& plot, const fs::path& file) {
+  return "set terminal pngcairo size " + std::to_string(2 * plot.width) + "," + std::to_string(2 * plot.height) +
          " background '#ffffff' font 'DejaVu Sans,16' fontscale 1.5 linewidth 2 pointscale 3\nset output '" + file.string() + "'\n";
 }
 
@@ -54,7 +54,7 @@ std::vector<std::string> svg_of(std::span<const Plot> plots) {
   require_scratch(scratch, "plots");
   std::string script;
   const auto file = [&](std::size_t i) { return scratch.path() / (std::to_string(i) + ".svg"); };
-  for (std::size_t i = 0; i < plots.size(); ++i) script += terminal_svg(file(i)) + plot_script(plots[i]) + "unset output\n";
+  for (std::size_t i = 0; i < plots.size(); ++i) script += terminal_svg(plots[i], file(i)) + plot_script(plots[i]) + "unset output\n";
   run_gnuplot(scratch.path(), script, "plots");
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < plots.size(); ++i) texts.push_back(with_fonts(base::read_file(file(i))));
@@ -67,7 +67,7 @@ void write_plot(const Plot& plot, const fs::path& stem) {
   svg += ".svg", png += ".png";
   require_scratch(scratch, svg.string());
   const fs::path drawn_svg = scratch.path() / "plot.svg", drawn_png = scratch.path() / "plot.png";
-  run_gnuplot(scratch.path(), terminal_svg(drawn_svg) + plot_script(plot) + "unset output\n" + terminal_png(drawn_png) + "replot\nunset output\n", svg.string());
+  run_gnuplot(scratch.path(), terminal_svg(plot, drawn_svg) + plot_script(plot) + "unset output\n" + terminal_png(plot, drawn_png) + "replot\nunset output\n", svg.string());
   base::write_text_atomically(svg, with_fonts(base::read_file(drawn_svg)));
   base::write_text_atomically(png, base::read_file(drawn_png));
 }

@@ -38,13 +38,14 @@ struct Plot {
   std::vector<std::string> categories = {};   // names of horizontal bars, from the top; the values' axis is x
   std::optional<double> floor = {};       // of y: what lies below is noise, and is shaded
   bool from_zero = false;                 // the linear axis of y shows 0
+  int width = 960, height = 540;          // [pixels] of the SVG, letters being 16 high; a plot shown at half a page's width wants 640 x 400
 };
 
 /// Texts of SVG files, one a plot, through one start of gnuplot. Throws base::Error: exit 5 where gnuplot is missing or fails, 1 for a value
 /// that is not finite or series of unequal length.
 std::vector<std::string> svg_of(std::span<const Plot>);
 
-/// `stem`.svg and `stem`.png (1920 x 1080), each atomically. Throws as svg_of does, and exit 5 where they cannot be written.
+/// `stem`.svg and `stem`.png (of twice the size), each atomically. Throws as svg_of does, and exit 5 where they cannot be written.
 void write_plot(const Plot&, const std::filesystem::path& stem);
 
 /// The `most` series with the largest sums of |y| in their order, and the rest as one named "other".

@@ -66,7 +66,7 @@ struct Span {
 
 class Drawing {
  public:
-  explicit Drawing(const Plot& plot) : plot_(plot) {
+  explicit Drawing(const Plot& plot) : plot_(plot), width_(plot.width), height_(plot.height) {
     check(plot);
     lay_out_bars_and_stacks();
     choose_axes();
@@ -150,7 +150,7 @@ class Drawing {
     for (std::size_t k = 0; k < plot_.series.size(); ++k) {
       if (plot_.series[k].label.empty()) continue;
       const double width = 34 + text_width(plot_.series[k].label, kSmall) + 20;
-      if (at > kEdge && at + width > kCanvasWidth - kEdge) at = kEdge, ++row;
+      if (at > kEdge && at + width > width_ - kEdge) at = kEdge, ++row;
       legend_.push_back({k, at, row});
       at += width;
     }
@@ -162,13 +162,13 @@ class Drawing {
     legend_top_ = plot_.title.empty() ? 14 : kTitleLine + 24;
     const double y_label_line = has_bars() ? 6 : 28;
     y_label_at_ = legend_top_ + rows * kLegendRow + 14;
-    area_ = {std::min(kEdge + widest + 10, 0.45 * kCanvasWidth), legend_top_ + rows * kLegendRow + y_label_line + 6, kCanvasWidth - kEdge - 14.0,
-             kCanvasHeight - 62.0 - (hidden_ > 0 ? 18 : 0)};
+    area_ = {std::min(kEdge + widest + 10, 0.45 * width_), legend_top_ + rows * kLegendRow + y_label_line + 6, width_ - kEdge - 14,
+             height_ - 62 - (hidden_ > 0 ? 18 : 0)};
   }
 
   double pixel_x(double x) const { return area_.left + x_.place(x) * (area_.right - area_.left); }
   double pixel_y(double y) const { return area_.bottom - y_.place(y) * (area_.bottom - area_.top); }
-  static std::string at(double x, double y) { return "screen " + number(x / kCanvasWidth) + ",screen " + number(1 - y / kCanvasHeight); }
+  std::string at(double x, double y) const { return "screen " + number(x / width_) + ",screen " + number(1 - y / height_); }
 
   void text(const std::string& what, double x, double y, const char* align, const char* ink, double size, bool bold = false) {
     out_ += "set label " + quoted(what) + " at " + at(x, y) + " " + align + " noenhanced front font '" + (bold ? "DejaVu Sans Bold" : "DejaVu Sans") + "," + number(size) + "' tc rgb '" + ink + "'\n";
@@ -179,7 +179,7 @@ class Drawing {
 
   void set_axes() {
     const auto margin = [&](const char* side, double fraction) { out_ += std::string("set ") + side + "margin at screen " + number(fraction) + "\n"; };
-    margin("l", area_.left / kCanvasWidth), margin("r", area_.right / kCanvasWidth), margin("t", 1 - area_.top / kCanvasHeight), margin("b", 1 - area_.bottom / kCanvasHeight);
+    margin("l", area_.left / width_), margin("r", area_.right / width_), margin("t", 1 - area_.top / height_), margin("b", 1 - area_.bottom / height_);
     for (const auto& [name, axis] : {std::pair<std::string, const Axis*>{"x", &x_}, {"y", &y_}}) {
       out_ += "set " + name + "range [" + number(axis->low) + ":" + number(axis->high) + "]\n";
       if (axis->log) out_ += "set logscale " + name + "\n";
@@ -191,13 +191,13 @@ class Drawing {
   }
 
   void draw_texts() {
-    const double size = std::min(20.0, 20 * (kCanvasWidth - 2 * kEdge) / (1.1 * text_width(plot_.title, 20)));   // a long title is set smaller
+    const double size = std::min(20.0, 20 * (width_ - 2 * kEdge) / (1.1 * text_width(plot_.title, 20)));   // a long title is set smaller
     if (!plot_.title.empty()) text(plot_.title, kEdge, kTitleLine - 6, "left", kInk, size, /*bold=*/true);
     if (!has_bars()) text(plot_.y_label, kEdge, y_label_at_, "left", kSoft, kFontSize);
     text(plot_.x_label, area_.right, area_.bottom + 46, "right", kSoft, kFontSize);
     for (std::size_t i = 0; i < plot_.categories.size(); ++i) text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, kFontSize);
     if (hidden_ > 0)
-      text(std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are") + " 0 or below, where a logarithmic axis does not reach", kEdge, kCanvasHeight - 14, "left", kSoft, 12);
+      text(std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are") + " 0 or below, where a logarithmic axis does not reach", kEdge, height_ - 14, "left", kSoft, 12);
   }
 
   void draw_legend() {
@@ -233,7 +233,7 @@ class Drawing {
       texts.push_back(label.text);
       widths.push_back(text_width(label.text, kSmall));
     }
-    Obstacles obstacles{.points = {}, .lines = {}, .texts = own_texts_, .room = {area_.left + 4, area_.top, kCanvasWidth - 6.0, area_.bottom - 4}};
+    Obstacles obstacles{.points = {}, .lines = {}, .texts = own_texts_, .room = {area_.left + 4, area_.top, width_ - 6, area_.bottom - 4}};
     for (const Series& s : plot_.series) {
       std::vector<Spot> path;
       for (std::size_t i = 0; i < s.x.size(); ++i)
@@ -301,6 +301,7 @@ class Drawing {
   }
 
   const Plot& plot_;
+  double width_, height_;                    // [pixels]
   std::vector<std::vector<double>> bases_;   // of stacked series
   std::size_t hidden_ = 0;
   Axis x_, y_;
