@@ -173,7 +173,6 @@ Request parse_command_line(int count, const char* const* given) {
 
   Request request;
   request.command = first;
-  request.command_line = shell_line(count, given);
   Words words;
   CLI::App command("", first);
   add_options(command, first, request, words);
@@ -189,8 +188,7 @@ Request parse_command_line(int count, const char* const* given) {
   if (first == "sheet" && request.frames && request.frames->last != request.frames->first) refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
   if (words.threads) request.threads = threads_from(*words.threads);
   if (words.repeats) request.repeats = repeats_from(*words.repeats);
-  request.line = "polypic";
-  for (int i = 1; i < count; ++i) request.line += std::string(" ") + given[i];
+  request.line = shell_line(count, given);
   if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
   if (words.out && words.out->empty()) refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");

@@ -9,6 +9,7 @@
 #include "app/stages/document.h"
 #include "app/stages/interrupt.h"
 #include "app/study/cost.h"
+#include "app/study/cost_report.h"
 #include "app/study/study_files.h"
 #include "base/error.h"
 #include "base/text.h"
@@ -51,9 +52,10 @@ bool cost(const Request& request) {
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
   const Study study = problem ? study_of_problem(*problem, order, progress) : study_of_shot(shot, order, progress);
   write_study(study, order.out);
+  write_cost_report(study, order.out, progress);
   if (request.json) std::fputs(document_text(study_json(study)).c_str(), stdout);
   else std::fputs(study_table(study).c_str(), stdout);
-  progress.line("done   " + (order.out / "cost.csv").string());
+  progress.line("done   " + (order.out / "report.html").string());
   return std::all_of(study.variants.begin(), study.variants.end(), [](const Variant& v) { return v.ran(); });
 }
 

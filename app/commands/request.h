@@ -11,7 +11,6 @@ namespace app {
 
 struct Request {
   std::string command;              // "run", "list" ...; empty when `text` answers the call
-  std::string command_line;         // as a shell would take it
   std::string subject;              // SHOT, FILE or TOPIC as given
   Overrides overrides;
   std::optional<std::filesystem::path> out;
@@ -22,7 +21,7 @@ struct Request {
   std::vector<std::string> vary;    // cost: "KEY=V1,V2"
   std::optional<int> repeats;       // cost: runs of each variant
   bool single = false;              // cost: a problem, once, here
-  std::string line;                 // the command line, to be shown
+  std::string line;                 // the command line, as a shell takes it
   std::vector<std::string> subjects;   // sheet: runs or pictures
   std::string other;                // diff: the second file
   double fail = 0, fail_percent = 0;

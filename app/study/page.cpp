@@ -64,6 +64,12 @@ void Page::lead(const std::vector<std::string>& sentences) {
   add(html + "</div>\n");
 }
 
+void Page::lead(const std::string& name, const std::vector<std::string>& sentences) {
+  std::string html = "<div class=\"lead\"><p><strong>" + html_text(name) + "</strong>";
+  for (const std::string& sentence : sentences) html += " " + html_text(sentence);
+  add(html + "</p></div>\n");
+}
+
 void Page::heading(const std::string& text) { add("<h2>" + html_text(text) + "</h2>\n"); }
 
 void Page::paragraph(const std::string& text) { add("<p>" + html_text(text) + "</p>\n"); }
@@ -92,7 +98,7 @@ void Page::table(const std::vector<std::string>& columns, const std::vector<std:
       const Cell& cell = row[c];
       char value[64] = "";
       if (cell.value) std::snprintf(value, sizeof value, " data-value=\"%.17g\"", *cell.value);
-      const std::string kinds = std::string(is_number(c) ? "number" : "") + (cell.strong ? " strong" : "");
+      const std::string kinds = std::string(is_number(c) ? "number" : cell.strong ? "strong" : "") + (is_number(c) && cell.strong ? " strong" : "");
       html += std::string("<td") + (kinds.empty() ? "" : " class=\"" + kinds + "\"") + value + ">" + html_text(cell.text) + "</td>";
     }
     html += "</tr>\n";

@@ -33,6 +33,8 @@ class Page {
   /// A line below the title, and sentences set apart on top.
   void subtitle(const std::string&);
   void lead(const std::vector<std::string>& sentences);
+  /// The same as one paragraph that begins with a name.
+  void lead(const std::string& name, const std::vector<std::string>& sentences);
   void heading(const std::string&);
   void paragraph(const std::string&);
   /// Names and values, one a line.

@@ -27,6 +27,8 @@ p { max-width: 90ch; margin: 8px 0; }
 .subtitle { color: var(--soft); margin: 0 0 22px; }
 .lead { background: var(--mark); border-left: 5px solid var(--accent); border-radius: 4px; padding: 14px 22px; margin: 20px 0; font-size: 20px; }
 .lead p { margin: 7px 0; }
+.lead + .lead { margin-top: -12px; }
+.lead strong { color: var(--accent); margin-right: 8px; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 6px 24px; margin: 12px 0; }
 dt { color: var(--soft); }
 dd { margin: 0; overflow-wrap: anywhere; }
@@ -50,7 +52,7 @@ tbody tr:last-child td { border-bottom: 0; }
 tbody tr:hover { background: var(--mark); }
 .number { text-align: right; white-space: nowrap; }
 .strong { font-weight: bold; }
-.strips, .sheet { display: grid; gap: 12px; grid-template-columns: repeat(auto-fill, minmax(min(100%, 350px), 1fr)); }
+.strips, .sheet { display: grid; gap: 12px; grid-template-columns: repeat(auto-fill, minmax(min(100%, 290px), 1fr)); }
 .sheet { grid-template-columns: repeat(auto-fill, minmax(min(100%, 230px), 1fr)); gap: 8px; }
 .strip, .sheet figure { margin: 0; }
 .strip figcaption { color: var(--ink); font-weight: bold; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 
 #include "app/stages/program.h"
 #include "app/study/plot_script.h"
@@ -61,16 +62,27 @@ std::vector<std::string> svg_of(std::span<const Plot> plots) {
   return texts;
 }
 
-void write_plot(const Plot& plot, const fs::path& stem) {
+std::vector<std::string> write_plots(std::span<const Plot> plots, std::span<const fs::path> stems) {
+  if (plots.size() != stems.size()) throw std::invalid_argument("as many names as plots");
+  if (plots.empty()) return {};
   const base::ScratchFolder scratch;
-  fs::path svg = stem, png = stem;
-  svg += ".svg", png += ".png";
-  require_scratch(scratch, svg.string());
-  const fs::path drawn_svg = scratch.path() / "plot.svg", drawn_png = scratch.path() / "plot.png";
-  run_gnuplot(scratch.path(), terminal_svg(plot, drawn_svg) + plot_script(plot) + "unset output\n" + terminal_png(plot, drawn_png) + "replot\nunset output\n", svg.string());
-  base::write_text_atomically(svg, with_fonts(base::read_file(drawn_svg)));
-  base::write_text_atomically(png, base::read_file(drawn_png));
+  require_scratch(scratch, stems[0].string() + ".svg");
+  const auto drawn = [&](std::size_t i, const char* extension) { return scratch.path() / (std::to_string(i) + extension); };
+  std::string script;
+  for (std::size_t i = 0; i < plots.size(); ++i)
+    script += terminal_svg(plots[i], drawn(i, ".svg")) + plot_script(plots[i]) + "unset output\n" + terminal_png(plots[i], drawn(i, ".png")) + "replot\nunset output\n";
+  run_gnuplot(scratch.path(), script, stems[0].string() + ".svg");
+  std::vector<std::string> svgs;
+  for (std::size_t i = 0; i < plots.size(); ++i) {
+    svgs.push_back(with_fonts(base::read_file(drawn(i, ".svg"))));
+    fs::path svg = stems[i], png = stems[i];
+    base::write_text_atomically(svg += ".svg", svgs.back());
+    base::write_text_atomically(png += ".png", base::read_file(drawn(i, ".png")));
+  }
+  return svgs;
 }
+
+void write_plot(const Plot& plot, const fs::path& stem) { write_plots(std::span(&plot, 1), std::span(&stem, 1)); }
 
 std::vector<Series> largest_series(std::vector<Series> series, std::size_t most) {
   if (series.size() <= most) return series;

@@ -21,6 +21,7 @@ struct Series {
   std::string label = {};          // in the legend; empty: none
   std::vector<double> x = {}, y = {};   // of one length; in stacks of categories x is ignored and y has one value a category
   std::vector<double> low = {}, high = {};   // ends of the error bars of y, or empty
+  std::vector<double> x_low = {}, x_high = {};   // of those of x, of points only; not beside those of y
   Style style = Style::lines;
 };
 
@@ -44,6 +45,9 @@ struct Plot {
 /// Texts of SVG files, one a plot, through one start of gnuplot. Throws base::Error: exit 5 where gnuplot is missing or fails, 1 for a value
 /// that is not finite or series of unequal length.
 std::vector<std::string> svg_of(std::span<const Plot>);
+
+/// Both files of several plots through one start of gnuplot, and the texts of the SVGs.
+std::vector<std::string> write_plots(std::span<const Plot>, std::span<const std::filesystem::path> stems);
 
 /// `stem`.svg and `stem`.png (of twice the size), each atomically. Throws as svg_of does, and exit 5 where they cannot be written.
 void write_plot(const Plot&, const std::filesystem::path& stem);

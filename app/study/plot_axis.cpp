@@ -46,7 +46,7 @@ std::vector<Tick> log_ticks(double low, double high) {
     if (decades > 3) continue;
     for (const double digit : {2.0, 5.0}) add(digit * std::pow(10, e));
   }
-  return ticks;
+  return ticks.size() < 3 ? linear_ticks(low, high) : ticks;
 }
 
 }  // namespace

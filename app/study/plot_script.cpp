@@ -52,8 +52,9 @@ void check(const Plot& plot) {
   };
   for (const Series& s : plot.series) {
     if (plot.categories.empty() ? s.x.size() != s.y.size() : s.y.size() != plot.categories.size()) refuse("x and y of '" + s.label + "' have different lengths");
+    if (s.x_low.size() != s.x_high.size() || (!s.x_low.empty() && s.x_low.size() != s.x.size())) refuse("the error bars of '" + s.label + "' have another length");
     if (s.low.size() != s.high.size() || (!s.low.empty() && s.low.size() != s.y.size())) refuse("the error bars of '" + s.label + "' have another length");
-    for (const auto* values : {&s.x, &s.y, &s.low, &s.high}) check_finite(*values, "'" + s.label + "'");
+    for (const auto* values : {&s.x, &s.y, &s.low, &s.high, &s.x_low, &s.x_high}) check_finite(*values, "'" + s.label + "'");
   }
   for (const PointLabel& label : plot.labels) check_finite({label.x, label.y}, "the label '" + label.text + "'");
 }
@@ -128,6 +129,7 @@ class Drawing {
         }
         if (!has_bars()) x.add(at);
         (has_bars() ? x : y).add(value);
+        if (!s.x_low.empty() && is_shown(s.x_low[i], value)) x.add(s.x_low[i]), x.add(s.x_high[i]);
         if (!s.low.empty() && is_shown(at, s.low[i])) y.add(s.low[i]), y.add(s.high[i]);
       }
     }
@@ -173,8 +175,8 @@ class Drawing {
   void text(const std::string& what, double x, double y, const char* align, const char* ink, double size, bool bold = false) {
     out_ += "set label " + quoted(what) + " at " + at(x, y) + " " + align + " noenhanced front font '" + (bold ? "DejaVu Sans Bold" : "DejaVu Sans") + "," + number(size) + "' tc rgb '" + ink + "'\n";
   }
-  void line(double x0, double y0, double x1, double y1, const std::string& ink, double width) {
-    out_ += "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " nohead front lw " + number(width) + " lc rgb '" + ink + "'\n";
+  void line(double x0, double y0, double x1, double y1, const std::string& ink, double width, bool dashed = false) {
+    out_ += "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " nohead front lw " + number(width) + " lc rgb '" + ink + (dashed ? "' dt 2\n" : "'\n");
   }
 
   void set_axes() {
@@ -207,7 +209,7 @@ class Drawing {
       const std::string ink = color(e.series);
       if (s.style == Style::stack || has_bars())
         out_ += "set object rectangle from " + at(e.left, y + 6) + " to " + at(e.left + 22, y - 6) + " front fc rgb '" + ink + "' fs solid 1 noborder\n";
-      if (s.style == Style::lines || s.style == Style::linespoints || s.style == Style::front) line(e.left, y, e.left + 24, y, ink, s.style == Style::front ? 5 : 2.5);
+      if (s.style == Style::lines || s.style == Style::linespoints || s.style == Style::front) line(e.left, y, e.left + 24, y, ink, s.style == Style::front ? 5 : 2.5, rank(e.series) >= kPalette.size());
       if (s.style == Style::points || s.style == Style::linespoints)
         out_ += "set label '' at " + at(e.left + 12, y) + " front point pt " + std::to_string(marker(e.series)) + " ps 1.1 lc rgb '" + ink + "'\n";
       text(s.label, e.left + 31, y, "left", kInk, kSmall);
@@ -221,6 +223,10 @@ class Drawing {
     const Spot middle{area_.left + 8, std::min(y + 12, area_.bottom - 10)};
     text(kNoise, middle.x, middle.y, "left", kSoft, 13);
     own_texts_.push_back({middle.x, middle.y - 9, middle.x + text_width(kNoise, 13), middle.y + 9});
+  }
+
+  void add_bar(Obstacles& obstacles, double x0, double y0, double x1, double y1) const {
+    if (is_shown(x0, y0) && is_shown(x1, y1)) obstacles.lines.push_back({{pixel_x(x0), pixel_y(y0)}, {pixel_x(x1), pixel_y(y1)}});
   }
 
   void draw_labels() {
@@ -240,6 +246,8 @@ class Drawing {
         if (is_shown(s.x[i], s.y[i])) path.push_back({pixel_x(s.x[i]), pixel_y(s.y[i])});
       if (s.style == Style::points || s.style == Style::linespoints) obstacles.points.insert(obstacles.points.end(), path.begin(), path.end());
       if (s.style != Style::points) obstacles.lines.push_back(path);
+      for (std::size_t i = 0; i < s.low.size(); ++i) add_bar(obstacles, s.x[i], s.low[i], s.x[i], s.high[i]);
+      for (std::size_t i = 0; i < s.x_low.size(); ++i) add_bar(obstacles, s.x_low[i], s.y[i], s.x_high[i], s.y[i]);
     }
     const std::vector<PlacedLabel> placed = place_labels(anchors, widths, kSmall + 4, obstacles);
     for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -265,6 +273,7 @@ class Drawing {
       } else if (is_shown(s.x[i], s.y[i])) {
         rows += number(s.x[i]) + " " + number(s.y[i]);
         if (!s.low.empty()) rows += " " + number(plot_.log_y && s.low[i] <= 0 ? y_.low : s.low[i]) + " " + number(s.high[i]);
+        if (!s.x_low.empty()) rows += " " + number(plot_.log_x && s.x_low[i] <= 0 ? x_.low : s.x_low[i]) + " " + number(s.x_high[i]);
         rows += "\n";
       }
     }
@@ -277,7 +286,9 @@ class Drawing {
     if (has_bars()) return "using 1:2:3:4:5:6 with boxxyerror fs solid 1 noborder" + ink;
     if (s.style == Style::stack) return "using 1:2:3 with filledcurves fs solid 1 noborder" + ink;
     if (s.style == Style::front) return "using 1:2 with lines lw 6" + ink;
-    if (s.style == Style::lines) return "using 1:2 with lines lw 2.5" + ink;
+    const std::string dashes = rank(k) < kPalette.size() ? "" : " dt 2";   // the same colours again
+    if (s.style == Style::lines) return "using 1:2 with lines lw 2.5" + dashes + ink;
+    if (s.style == Style::points && !s.x_low.empty()) return "using 1:2:3:4 with xerrorbars lw 1.5" + symbol + ink;
     const bool bars = !s.low.empty();
     if (s.style == Style::points) return bars ? "using 1:2:3:4 with yerrorbars lw 1.5" + symbol + ink : "using 1:2 with points" + symbol + ink;
     return bars ? "using 1:2:3:4 with yerrorlines lw 2" + symbol + ink : "using 1:2 with linespoints lw 2.5" + symbol + ink;

@@ -1,0 +1,121 @@
+#include "app/study/cost_plots.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace app {
+namespace {
+
+constexpr std::size_t kMostStages = 8;        // with colours of their own
+constexpr int kHalfWidth = 640, kHalfHeight = 420;   // [pixels] of plots that stand in pairs
+
+std::string title(const Study& study, const StudyCase& part, const std::string& what) { return study.cases.size() > 1 ? what + ": " + part.name : what; }
+
+/// Those that no other beats in both error and seconds; of the deciding error the study says which.
+std::vector<const Variant*> front_of(std::vector<const Variant*> variants, const StudyCase& part, Measure measure) {
+  std::erase_if(variants, [&](const Variant* v) { return !v->errors[measure]; });
+  std::stable_sort(variants.begin(), variants.end(), [](const Variant* a, const Variant* b) { return a->seconds_median < b->seconds_median; });
+  std::vector<const Variant*> front;
+  for (const Variant* v : variants)
+    if (measure == part.decides ? v->pareto : front.empty() || *v->errors[measure] < *front.back()->errors[measure]) front.push_back(v);
+  return front;
+}
+
+Series lines(const Variant& variant, const std::vector<double>& y) { return {.label = variant.label, .x = variant.course.time, .y = y, .style = Style::lines}; }
+
+/// Bars of `values` by name for each variant; passes and stages in the order in which they first appear, the small ones as "other".
+std::vector<Series> bars(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values) {
+  std::set<std::string> names;
+  for (const auto& all : values)
+    for (const auto& [name, value] : all) names.insert(name);
+  std::vector<Series> series;
+  for (const std::string& name : names) {
+    Series one{.label = name, .style = Style::stack};
+    for (std::size_t i = 0; i < variants.size(); ++i) {
+      const auto found = values[i].find(name);
+      one.y.push_back(found == values[i].end() ? 0 : found->second);
+    }
+    if (std::any_of(one.y.begin(), one.y.end(), [](double v) { return v != 0; })) series.push_back(std::move(one));
+  }
+  return largest_series(std::move(series), kMostStages);
+}
+
+std::optional<Plot> bar_plot(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values, const std::string& name, const std::string& axis) {
+  Plot plot{.title = name, .x_label = axis, .series = bars(variants, values), .width = kHalfWidth, .height = std::max(kHalfHeight, 150 + 34 * static_cast<int>(variants.size()))};
+  for (const Variant* v : variants) plot.categories.push_back(v->label);
+  if (plot.series.empty()) return {};
+  return plot;
+}
+
+}  // namespace
+
+std::vector<const Variant*> variants_of(const Study& study, const StudyCase& part) {
+  std::vector<const Variant*> variants;
+  for (const Variant& v : study.variants)
+    if (v.part == part.name && v.ran()) variants.push_back(&v);
+  return variants;
+}
+
+std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measure measure) {
+  const std::string name(kMeasureNames[static_cast<std::size_t>(measure)]);
+  Plot plot{.title = title(study, part, "Error of " + name + " against seconds"), .x_label = "seconds of the clock [s]", .y_label = "error of " + name + " [1]", .log_x = true, .log_y = true};
+  plot.floor = part.noise[measure];
+  const std::vector<const Variant*> variants = variants_of(study, part);
+  Series front{.label = "Pareto front", .style = Style::front};
+  for (const Variant* v : front_of(variants, part, measure)) front.x.push_back(v->seconds_median), front.y.push_back(*v->errors[measure]);
+  if (front.x.size() > 1) plot.series.push_back(front);
+  std::vector<std::string> transfers;   // a colour each
+  for (const Variant* v : variants)
+    if (v->errors[measure] && std::find(transfers.begin(), transfers.end(), v->transfer) == transfers.end()) transfers.push_back(v->transfer);
+  for (const std::string& transfer : transfers) {
+    Series points{.label = transfer, .style = Style::points};
+    for (const Variant* v : variants) {
+      if (!v->errors[measure] || v->transfer != transfer) continue;
+      points.x.push_back(v->seconds_median), points.y.push_back(*v->errors[measure]);
+      points.x_low.push_back(v->seconds_min), points.x_high.push_back(v->seconds_max);
+      plot.labels.push_back({v->seconds_median, *v->errors[measure], v->label});
+    }
+    plot.series.push_back(std::move(points));
+  }
+  if (plot.labels.size() < 2) return {};
+  return plot;
+}
+
+std::optional<Plot> energy_plot(const Study& study, const StudyCase& part) {
+  Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]", .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]", .from_zero = true};
+  for (const Variant* v : variants_of(study, part))
+    if (!v->course.energy.empty()) plot.series.push_back(lines(*v, v->course.energy));
+  if (plot.series.empty()) return {};
+  return plot;
+}
+
+std::optional<Plot> enstrophy_plot(const Study& study, const StudyCase& part) {
+  Plot plot{.title = title(study, part, "Enstrophy"), .x_label = "time [s]", .y_label = "enstrophy over that at the start [1]", .from_zero = true};
+  for (const Variant* v : variants_of(study, part))
+    if (!v->course.enstrophy.empty()) plot.series.push_back(lines(*v, v->course.enstrophy));
+  if (plot.series.empty()) return {};
+  return plot;
+}
+
+std::optional<Plot> seconds_plot(const Study& study, const StudyCase& part) {
+  const std::vector<const Variant*> variants = variants_of(study, part);
+  std::vector<std::map<std::string, double>> values;
+  for (const Variant* v : variants) {
+    values.emplace_back();
+    for (const auto& [name, pass] : v->passes) values.back()[name] = pass.seconds;
+  }
+  return bar_plot(variants, values, title(study, part, "Seconds by pass"), "seconds of the clock [s]");
+}
+
+std::optional<Plot> losses_plot(const Study& study, const StudyCase& part) {
+  const std::vector<const Variant*> variants = variants_of(study, part);
+  std::vector<std::map<std::string, double>> values;
+  for (const Variant* v : variants) {
+    values.emplace_back();
+    for (const auto& [name, change] : v->energy_changes) values.back()[name] = 100 * change;
+  }
+  return bar_plot(variants, values, title(study, part, "Where the energy goes"), "change of the energy, of that at the start [%]");
+}
+
+}  // namespace app
