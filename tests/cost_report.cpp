@@ -21,28 +21,33 @@ std::size_t count_of(const std::string& text, const std::string& word) {
 }
 
 app::Variant variant(const std::string& part, const std::string& label, const std::string& transfer, double seconds, double error) {
-  app::Variant v{.label = label, .part = part, .keys = {{"sim.transfer", transfer}}, .transfer = transfer, .modes = "", .kernel = "linear", .splitting = "lie", .failure = "", .errors = {}, .seconds = {},
+  app::Variant v{.label = label, .part = part, .keys = {{"sim.transfer", transfer}}, .transfer = transfer, .modes = "", .kernel = "linear",
+      .splitting = "lie", .failure = "", .errors = {}, .seconds = {},
                  .passes = {}, .energy_changes = {}, .course = {}, .ties = {}, .pictures = {}};
   v.steps = 100;
   v.seconds_median = seconds, v.seconds_min = 0.9 * seconds, v.seconds_max = 1.1 * seconds, v.cpu_seconds = seconds;
   v.errors[app::Measure::energy] = error;
   v.errors[app::Measure::vorticity] = 2 * error;
-  v.passes = {{"p2g", {.calls = 100, .seconds = 0.3 * seconds, .cpu_seconds = 0}}, {"pressure", {.calls = 100, .seconds = 0.5 * seconds, .cpu_seconds = 0}}};
+  v.passes = {{"p2g", {.calls = 100, .seconds = 0.3 * seconds, .cpu_seconds = 0}}, {"pressure", {.calls = 100, .seconds = 0.5 * seconds,
+      .cpu_seconds = 0}}};
   v.energy_changes = {{"p2g", -0.7 * error}, {"projection", -0.3 * error}};
   v.course = {.time = {0, 1, 2}, .energy = {1, 1 - error / 2, 1 - error}, .enstrophy = {1, 1, 1 - error}};
   return v;
 }
 
 app::Study study() {
-  app::Study s{.subject = "vortices <2d>", .title = "steady, so any loss is an error", .command = "polypic cost vortices", .version = "0.1.0", .commit = "abc", .repeats = 5, .meaning = {}, .cases = {}, .variants = {},
+  app::Study s{.subject = "vortices <2d>", .title = "steady, so any loss is an error", .command = "polypic cost vortices", .version = "0.1.0",
+      .commit = "abc", .repeats = 5, .meaning = {}, .cases = {}, .variants = {},
                .reference = {}, .notes = {"a note"}};
   for (const std::string part : {"16 cells", "8 cells"}) {
-    s.cases.push_back({.name = part, .decides = app::Measure::energy, .sentences = {"Best of " + part + ".", "The next costs more.", "The one below loses more."}, .noise = {}});
+    s.cases.push_back({.name = part, .decides = app::Measure::energy, .sentences = {"Best of " + part + ".", "The next costs more.",
+        "The one below loses more."}, .noise = {}});
     s.variants.push_back(variant(part, "pic", "pic", 1, 0.5));
     s.variants.push_back(variant(part, "apic", "apic", 1.5, 0.6));
     s.variants.push_back(variant(part, "polypic full", "polypic", 2, 0.1));
     for (const std::size_t k : {1u, 3u}) s.variants[s.variants.size() - k].pareto = true;
-    s.variants.push_back({.label = "broken", .part = part, .keys = {}, .transfer = "", .modes = "", .kernel = "", .splitting = "", .failure = "needs more <modes>", .errors = {}, .seconds = {}, .passes = {},
+    s.variants.push_back({.label = "broken", .part = part, .keys = {}, .transfer = "", .modes = "", .kernel = "", .splitting = "", 
+                          .failure = "needs more <modes>", .errors = {}, .seconds = {}, .passes = {},
                           .energy_changes = {}, .course = {}, .ties = {}, .pictures = {}});
   }
   s.variants[0].ties = {"apic"};
@@ -71,7 +76,9 @@ TEST_F(CostReport, BeginsWithThreeSentencesACaseAndShowsEveryVariant) {
   EXPECT_EQ(count_of(html, "needs more &lt;modes&gt;"), 2u);
   EXPECT_EQ(count_of(html, "<td class=\"strong\">polypic full</td>"), 2u) << "on the front";
   EXPECT_EQ(count_of(html, "error of image"), 0u) << "what no variant has is no column";
-  for (const std::string text : {"polypic cost vortices", "polypic 0.1.0 (abc)", "a note", "steady, so any loss is an error", "What accuracy costs: vortices &lt;2d&gt;"}) EXPECT_NE(html.find(text), std::string::npos) << text;
+  for (const std::string text : {"polypic cost vortices", "polypic 0.1.0 (abc)", "a note", "steady, so any loss is an error",
+                                 "What accuracy costs: vortices &lt;2d&gt;"})
+    EXPECT_NE(html.find(text), std::string::npos) << text;
 }
 
 TEST_F(CostReport, WritesEveryPlotAsSvgAndPng) {

@@ -23,13 +23,15 @@ class RunReport : public FilmTest {
 TEST_F(RunReport, TellsHowTheRunWasMadeAndWhatItConserved) {
   run_well({"run", "x.toml", "--set", "sim.kernel = \"linear\"", "--set", "render.exposure=0.5"});
   const std::string html = report();
-  EXPECT_EQ(count_of(html, "polypic run x.toml --set &#39;sim.kernel = &quot;linear&quot;&#39; --set render.exposure=0.5<"), 1u) << "as a shell takes it";
+  EXPECT_EQ(count_of(html, "polypic run x.toml --set &#39;sim.kernel = &quot;linear&quot;&#39; --set render.exposure=0.5<"), 1u)
+      << "as a shell takes it";
   const Json run = run_json();
   for (const Json& hash : run.at("hashes")) EXPECT_EQ(count_of(html, ">" + hash.get<std::string>() + "<"), 1u);
   EXPECT_EQ(count_of(html, "; off: "), 1u) << "the plan's line";
   EXPECT_EQ(count_of(html, "polypic " + run.at("program").at("version").get<std::string>()), 1u);
   EXPECT_EQ(count_of(html, "<svg"), 5u);
-  for (const std::string title : {"Energy", "Volume", "Momentum", "Angular momentum", "Seconds a frame, by pass"}) EXPECT_EQ(count_of(html, ">" + title + "<"), 1u) << title;
+  for (const std::string title : {"Energy", "Volume", "Momentum", "Angular momentum", "Seconds a frame, by pass"})
+      EXPECT_EQ(count_of(html, ">" + title + "<"), 1u) << title;
   EXPECT_EQ(count_of(html, "<img"), 2u);
   const Json& passes = run.at("frames").at(1).at("passes");
   EXPECT_GT(passes.size(), 10u);
@@ -50,7 +52,8 @@ TEST_F(RunReport, ShowsAtMostTwentyFourFramesTheFirstAndTheLastAmongThem) {
 }
 
 TEST_F(RunReport, IsThereAfterAnInterruption) {
-  const Outcome outcome = run_until({"run", "x.toml", "--frames", "1-200"}, [&] { return fs::exists(folder / "out/x/ledger/render.0003.json"); }, SIGINT);
+  const Outcome outcome = run_until({"run", "x.toml", "--frames", "1-200"}, [&] { return fs::exists(folder / "out/x/ledger/render.0003.json"); },
+      SIGINT);
   EXPECT_EQ(outcome.exit, 130) << outcome.err;
   const std::string html = report();
   EXPECT_GE(count_of(html, "<img"), 3u);
@@ -65,7 +68,8 @@ TEST_F(RunReport, HasNoPlotsWithoutGnuplotAndTheRunGoesOn) {
   ::setenv("PATH", (folder / "bin").c_str(), 1);
   const Outcome outcome = run_well({"run", "x.toml"});
   ::setenv("PATH", path.c_str(), 1);
-  EXPECT_NE(outcome.out.find("report without plots: plots: gnuplot cannot be started: No such file or directory (apt-get install gnuplot-nox)\n"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("report without plots: plots: gnuplot cannot be started: No such file or directory (apt-get install gnuplot-nox)\n"),
+      std::string::npos) << outcome.out;
   const std::string html = report();
   EXPECT_EQ(count_of(html, "<svg"), 0u);
   EXPECT_EQ(count_of(html, "No plots: "), 1u);

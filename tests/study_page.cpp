@@ -29,15 +29,18 @@ std::size_t count_of(const std::string& text, const std::string& word) {
 }
 
 app::Plot error_plot() {
-  app::Plot plot{.title = "Error", .x_label = "seconds [s]", .y_label = "error [1]", .log_x = true, .log_y = true, .series = {}, .labels = {}, .categories = {}, .floor = {}};
-  app::Series variants{.label = "variants", .x = {1, 2, 4}, .y = {0.1, 0.01, 0.001}, .low = {0.09, 0.009, 0}, .high = {0.11, 0.011, 0.002}, .style = app::Style::points};
+  app::Plot plot{.title = "Error", .x_label = "seconds [s]", .y_label = "error [1]", .log_x = true, .log_y = true, .series = {}, .labels = {},
+      .categories = {}, .floor = {}};
+  app::Series variants{.label = "variants", .x = {1, 2, 4}, .y = {0.1, 0.01, 0.001}, .low = {0.09, 0.009, 0}, .high = {0.11, 0.011, 0.002},
+      .style = app::Style::points};
   plot.series = {variants};
   for (std::size_t i = 0; i < 3; ++i) plot.labels.push_back({variants.x[i], variants.y[i], "variant " + std::to_string(i)});
   return plot;
 }
 
 render::Image noise(std::int64_t width, std::int64_t height) {
-  render::Image image{.width = width, .height = height, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(static_cast<std::size_t>(width * height * 3))};
+  render::Image image{.width = width, .height = height, .channels = {"R", "G", "B"}, .pixels =
+      std::vector<float>(static_cast<std::size_t>(width * height * 3))};
   std::uint32_t state = 1;
   for (float& value : image.pixels) value = static_cast<float>((state = state * 1664525u + 1013904223u) >> 24) / 255;
   return image;
@@ -82,7 +85,8 @@ TEST_F(StudyPage, AsksForNothingFromOutside) {
   std::string html = page.text();
   for (const std::string named : {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"})   // names of languages
     for (std::size_t at; (at = html.find(named)) != std::string::npos;) html.erase(at, named.size());
-  for (const std::string outside : {"http:", "https:", "//www", "@import", "url(h", "src=\"/", "src=\"f"}) EXPECT_EQ(html.find(outside), std::string::npos) << outside;
+  for (const std::string outside : {"http:", "https:", "//www", "@import", "url(h", "src=\"/", "src=\"f"}) EXPECT_EQ(html.find(outside),
+      std::string::npos) << outside;
   EXPECT_EQ(count_of(html, "src=\""), count_of(html, "src=\"data:image/jpeg;base64,"));
   EXPECT_EQ(count_of(html, "src=\""), 1u);
 }
@@ -96,10 +100,12 @@ TEST_F(StudyPage, GivesEveryFigureNamesOfItsOwn) {
   std::set<std::string> ids;
   std::size_t all = 0;
   for (const std::string open : {"id=\"", "id='"})
-    for (std::size_t at = 0; (at = html.find(" " + open, at)) != std::string::npos; ++at, ++all) ids.insert(html.substr(at + 5, html.find(open.back(), at + 5) - at - 5));
+    for (std::size_t at = 0; (at = html.find(" " + open, at)) != std::string::npos; ++at, ++all)
+        ids.insert(html.substr(at + 5, html.find(open.back(), at + 5) - at - 5));
   EXPECT_GT(all, 10u);
   EXPECT_EQ(ids.size(), all);
-  for (std::size_t at = 0; (at = html.find("href='#", at)) != std::string::npos; ++at) EXPECT_TRUE(ids.contains(html.substr(at + 7, html.find('\'', at + 7) - at - 7)));
+  for (std::size_t at = 0; (at = html.find("href='#", at)) != std::string::npos; ++at)
+      EXPECT_TRUE(ids.contains(html.substr(at + 7, html.find('\'', at + 7) - at - 7)));
   EXPECT_THROW(page.figure_of("<svg><script>x</script></svg>"), std::invalid_argument);
   EXPECT_THROW(page.figure(folder.path() / "none.svg"), base::Error);
 }
@@ -157,7 +163,8 @@ TEST_F(StudyPage, PlotsAreSvgForPagesAndPngForSlides) {
   const fs::path stem = folder.path() / "error.plot";
   app::write_plot(error_plot(), stem);
   const std::string svg = base::read_file(folder.path() / "error.plot.svg");
-  for (const std::string text : {"Error", "seconds [s]", "error [1]", "variants", "variant 0", "variant 2", "0.01"}) EXPECT_NE(svg.find(">" + text + "<"), std::string::npos) << text;
+  for (const std::string text : {"Error", "seconds [s]", "error [1]", "variants", "variant 0", "variant 2", "0.01"})
+      EXPECT_NE(svg.find(">" + text + "<"), std::string::npos) << text;
   const render::Image png = render::read_image(folder.path() / "error.plot.png");
   EXPECT_EQ(png.width, 1920);
   EXPECT_EQ(png.height, 1080);
@@ -180,7 +187,8 @@ TEST_F(StudyPage, PlotsDrawTextOfAnyKindAndRunNone) {
   EXPECT_NE(svg.find("a_b^{c} @x \\n &lt;b"), std::string::npos);
   EXPECT_NE(svg.find("\xef\xbf\xbd<"), std::string::npos) << "what is no UTF-8 would make the file unreadable";
   EXPECT_FALSE(fs::exists(folder.path() / "ran"));
-  EXPECT_NE(app::svg_of(std::vector<app::Plot>{app::Plot{.title = "empty"}}).front().find(">empty<"), std::string::npos) << "a plot without data is one with axes";
+  EXPECT_NE(app::svg_of(std::vector<app::Plot>{app::Plot{.title = "empty"}}).front().find(">empty<"), std::string::npos)
+      << "a plot without data is one with axes";
 }
 
 TEST_F(StudyPage, PlotsRefuseWhatIsNoNumberAndCountWhatALogarithmHasNot) {
@@ -194,9 +202,11 @@ TEST_F(StudyPage, PlotsRefuseWhatIsNoNumberAndCountWhatALogarithmHasNot) {
 }
 
 TEST_F(StudyPage, BarsAndAreasAreDrawnForEverySeries) {
-  app::Plot bars{.title = "", .x_label = "s", .y_label = "", .series = {{.label = "p2g", .x = {}, .y = {1, 2}, .low = {}, .high = {}, .style = app::Style::stack}, {.label = "g2p", .x = {}, .y = {-1, 0}, .low = {}, .high = {}, .style = app::Style::stack}},
+  app::Plot bars{.title = "", .x_label = "s", .y_label = "", .series = {{.label = "p2g", .x = {}, .y = {1, 2}, .low = {}, .high = {}, .style =
+      app::Style::stack}, {.label = "g2p", .x = {}, .y = {-1, 0}, .low = {}, .high = {}, .style = app::Style::stack}},
                  .labels = {}, .categories = {"first", "second"}, .floor = {}};
-  app::Plot areas{.title = "", .x_label = "t", .y_label = "s", .series = {{.label = "p2g", .x = {0, 1}, .y = {1, 2}, .low = {}, .high = {}, .style = app::Style::stack}}, .labels = {}, .categories = {}, .floor = {}};
+  app::Plot areas{.title = "", .x_label = "t", .y_label = "s", .series = {{.label = "p2g", .x = {0, 1}, .y = {1, 2}, .low = {}, .high = {},
+      .style = app::Style::stack}}, .labels = {}, .categories = {}, .floor = {}};
   const std::vector<std::string> svgs = app::svg_of(std::vector<app::Plot>{bars, areas});
   ASSERT_EQ(svgs.size(), 2u);
   for (const std::string text : {">p2g<", ">g2p<", ">first<", ">second<"}) EXPECT_NE(svgs[0].find(text), std::string::npos) << text;
@@ -211,7 +221,8 @@ TEST_F(StudyPage, SaysWhatIsMissingWithoutGnuplot) {
     ADD_FAILURE() << "no gnuplot, and no complaint";
   } catch (const base::Error& e) {
     EXPECT_EQ(e.complaint().code, base::Exit::io);
-    EXPECT_NE(std::string(e.what()).find("gnuplot cannot be started: No such file or directory (apt-get install gnuplot-nox)"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("gnuplot cannot be started: No such file or directory (apt-get install gnuplot-nox)"), std::string::npos)
+        << e.what();
   }
   ::setenv("PATH", path.c_str(), 1);
   EXPECT_FALSE(fs::exists(folder.path() / "x.svg"));
@@ -220,7 +231,8 @@ TEST_F(StudyPage, SaysWhatIsMissingWithoutGnuplot) {
 TEST(PlotLabels, CoverNeitherEachOtherNorPointsNorLines) {
   std::vector<app::Spot> anchors;
   std::vector<double> widths;
-  for (int i = 0; i < 14; ++i) anchors.push_back({300 + 90 * std::cos(i * 2.4) * (i / 14.0), 250 + 60 * std::sin(i * 2.4) * (i / 14.0)}), widths.push_back(60 + 7 * i);
+  for (int i = 0; i < 14; ++i) anchors.push_back({300 + 90 * std::cos(i * 2.4) * (i / 14.0), 250 + 60 * std::sin(i * 2.4) * (i / 14.0)}),
+      widths.push_back(60 + 7 * i);
   const app::Obstacles obstacles{.points = anchors, .lines = {{{100, 400}, {500, 200}}}, .texts = {}, .room = {50, 50, 800, 480}};
   const auto placed = app::place_labels(anchors, widths, 18, obstacles);
   ASSERT_EQ(placed.size(), anchors.size());
@@ -257,7 +269,8 @@ TEST(PlotAxis, TicksAreFewRoundAndInside) {
       const app::Axis axis = app::axis_for(low, high, log, 0.05);
       EXPECT_GE(axis.ticks.size(), 2u) << low << " " << high << " " << log;
       EXPECT_LE(axis.ticks.size(), 12u) << low << " " << high << " " << log;
-      for (const app::Tick& tick : axis.ticks) EXPECT_TRUE(tick.value >= axis.low - 1e-9 * std::abs(axis.low) && tick.value <= axis.high * (1 + 1e-9));
+      for (const app::Tick& tick : axis.ticks) EXPECT_TRUE(tick.value >= axis.low - 1e-9 * std::abs(axis.low) && tick.value <= axis.high * (1
+          + 1e-9));
       EXPECT_LE(axis.low, low);
       EXPECT_GE(axis.high, high);
       EXPECT_NEAR(axis.place(axis.low), 0, 1e-12);
@@ -267,7 +280,8 @@ TEST(PlotAxis, TicksAreFewRoundAndInside) {
 
 TEST(LargestSeries, KeepTheSum) {
   std::vector<app::Series> all;
-  for (int k = 0; k < 5; ++k) all.push_back({.label = std::to_string(k), .x = {0, 1}, .y = {1.0 + k % 3, 2.0}, .low = {}, .high = {}, .style = app::Style::stack});
+  for (int k = 0; k < 5; ++k) all.push_back({.label = std::to_string(k), .x = {0, 1}, .y = {1.0 + k % 3, 2.0}, .low = {}, .high = {}, .style =
+      app::Style::stack});
   const auto few = app::largest_series(all, 2);
   ASSERT_EQ(few.size(), 3u);
   EXPECT_EQ(few[0].label, "1");

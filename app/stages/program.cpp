@@ -90,7 +90,8 @@ ProgramEnd run_program(std::vector<std::string> words, const std::string& made, 
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
   }
-  ProgramEnd end{.started = failure == 0, .well = failure == 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0, .said = failure != 0 ? reason(failure) : last_line(log)};
+  ProgramEnd end{.started = failure == 0, .well = failure == 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0,
+                 .said = failure != 0 ? reason(failure) : last_line(log)};
   ::close(log);
   return end;
 }

@@ -10,7 +10,9 @@ namespace {
 constexpr std::size_t kMostStages = 8;        // with colours of their own
 constexpr int kHalfWidth = 640, kHalfHeight = 420;   // [pixels] of plots that stand in pairs
 
-std::string title(const Study& study, const StudyCase& part, const std::string& what) { return study.cases.size() > 1 ? what + ": " + part.name : what; }
+std::string title(const Study& study, const StudyCase& part, const std::string& what) {
+  return study.cases.size() > 1 ? what + ": " + part.name : what;
+}
 
 /// Those that no other beats in both error and seconds; of the deciding error the study says which.
 std::vector<const Variant*> front_of(std::vector<const Variant*> variants, const StudyCase& part, Measure measure) {
@@ -22,7 +24,9 @@ std::vector<const Variant*> front_of(std::vector<const Variant*> variants, const
   return front;
 }
 
-Series lines(const Variant& variant, const std::vector<double>& y) { return {.label = variant.label, .x = variant.course.time, .y = y, .style = Style::lines}; }
+Series lines(const Variant& variant, const std::vector<double>& y) {
+  return {.label = variant.label, .x = variant.course.time, .y = y, .style = Style::lines};
+}
 
 /// Bars of `values` by name for each variant; passes and stages in the order in which they first appear, the small ones as "other".
 std::vector<Series> bars(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values) {
@@ -41,8 +45,10 @@ std::vector<Series> bars(const std::vector<const Variant*>& variants, const std:
   return largest_series(std::move(series), kMostStages);
 }
 
-std::optional<Plot> bar_plot(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values, const std::string& name, const std::string& axis) {
-  Plot plot{.title = name, .x_label = axis, .series = bars(variants, values), .width = kHalfWidth, .height = std::max(kHalfHeight, 150 + 34 * static_cast<int>(variants.size()))};
+std::optional<Plot> bar_plot(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values,
+    const std::string& name, const std::string& axis) {
+  Plot plot{.title = name, .x_label = axis, .series = bars(variants, values), .width = kHalfWidth,
+            .height = std::max(kHalfHeight, 150 + 34 * static_cast<int>(variants.size()))};
   for (const Variant* v : variants) plot.categories.push_back(v->label);
   if (plot.series.empty()) return {};
   return plot;
@@ -59,7 +65,8 @@ std::vector<const Variant*> variants_of(const Study& study, const StudyCase& par
 
 std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measure measure) {
   const std::string name(kMeasureNames[static_cast<std::size_t>(measure)]);
-  Plot plot{.title = title(study, part, "Error of " + name + " against seconds"), .x_label = "seconds of the clock [s]", .y_label = "error of " + name + " [1]", .log_x = true, .log_y = true};
+  Plot plot{.title = title(study, part, "Error of " + name + " against seconds"), .x_label = "seconds of the clock [s]",
+            .y_label = "error of " + name + " [1]", .log_x = true, .log_y = true};
   plot.floor = part.noise[measure];
   const std::vector<const Variant*> variants = variants_of(study, part);
   Series front{.label = "Pareto front", .style = Style::front};
@@ -83,7 +90,8 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
 }
 
 std::optional<Plot> energy_plot(const Study& study, const StudyCase& part) {
-  Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]", .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]", .from_zero = true};
+  Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]",
+            .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]", .from_zero = true};
   for (const Variant* v : variants_of(study, part))
     if (!v->course.energy.empty()) plot.series.push_back(lines(*v, v->course.energy));
   if (plot.series.empty()) return {};

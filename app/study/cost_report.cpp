@@ -148,7 +148,8 @@ void add_plots(Page& page, const Study& study, const fs::path& out, base::Progre
     page.heading(study.cases.size() > 1 ? study.cases[c].name : "Error against seconds");
     for (std::size_t i = 0; i < all[c].wide; ++i) page.figure_of(svgs[next++]);
     const std::size_t rest = all[c].plots.size() - all[c].wide;
-    page.figures_of(std::vector<std::string>(svgs.begin() + static_cast<std::ptrdiff_t>(next), svgs.begin() + static_cast<std::ptrdiff_t>(next + rest)));
+    page.figures_of(std::vector<std::string>(svgs.begin() + static_cast<std::ptrdiff_t>(next),
+                                             svgs.begin() + static_cast<std::ptrdiff_t>(next + rest)));
     next += rest;
   }
 }
@@ -161,10 +162,12 @@ void add_facts(Page& page, const Study& study) {
     if (!study.meaning[m].empty()) facts.push_back({"error of " + std::string(kMeasureNames[m]), study.meaning[m]});
   for (const StudyCase& part : study.cases)
     for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
-      if (part.noise.value[m]) facts.push_back({"noise of " + std::string(kMeasureNames[m]) + (study.cases.size() > 1 ? ", " + part.name : ""), number("%.3g", *part.noise.value[m])});
+      if (part.noise.value[m]) facts.push_back({"noise of " + std::string(kMeasureNames[m]) + (study.cases.size() > 1 ? ", " + part.name : ""),
+          number("%.3g", *part.noise.value[m])});
   facts.push_back({"command", study.command});
   facts.push_back({"program", "polypic " + study.version + (study.commit.empty() ? "" : " (" + study.commit + ")")});
-  facts.push_back({"measured", "each variant " + std::to_string(study.repeats) + (study.repeats == 1 ? " time" : " times") + ", in turns, after one run to warm up; " + std::to_string(study.threads) +
+  facts.push_back({"measured", "each variant " + std::to_string(study.repeats) + (study.repeats == 1 ? " time" : " times")
+      + ", in turns, after one run to warm up; " + std::to_string(study.threads) +
                                    (study.threads == 1 ? " thread" : " threads") + "; the median is shown"});
   page.facts(facts);
   std::string failures;

@@ -90,7 +90,8 @@ void Page::table(const std::vector<std::string>& columns, const std::vector<std:
   if (!caption.empty()) html += "<caption>" + html_text(caption) + "</caption>\n";
   html += "<thead><tr>";
   for (std::size_t c = 0; c < columns.size(); ++c)
-    html += std::string("<th scope=\"col\" aria-sort=\"none\"") + (is_number(c) ? " class=\"number\"" : "") + "><button type=\"button\">" + html_text(columns[c]) + "</button></th>";
+    html += std::string("<th scope=\"col\" aria-sort=\"none\"") + (is_number(c) ? " class=\"number\"" : "") + "><button type=\"button\">"
+        + html_text(columns[c]) + "</button></th>";
   html += "</tr></thead>\n<tbody>\n";
   for (const auto& row : rows) {
     html += "<tr>";
@@ -137,8 +138,10 @@ void Page::scrubber(const std::vector<Strip>& strips, const std::vector<std::str
     }
     add("</div><figcaption>" + html_text(strip.label) + "</figcaption></figure>\n");
   }
-  std::string last = std::to_string(moments.empty() ? 0 : moments.size() - 1), html = "</div>\n<div class=\"controls\"><button type=\"button\" class=\"play\" aria-label=\"play\">&#9654;</button>";
-  html += "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"0\" step=\"1\" aria-label=\"frame\"><output>" + (moments.empty() ? "" : html_text(moments[0])) + "</output></div>\n<ol hidden>";
+  std::string last = std::to_string(moments.empty() ? 0 : moments.size() - 1), html =
+      "</div>\n<div class=\"controls\"><button type=\"button\" class=\"play\" aria-label=\"play\">&#9654;</button>";
+  html += "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"0\" step=\"1\" aria-label=\"frame\"><output>"
+      + (moments.empty() ? "" : html_text(moments[0])) + "</output></div>\n<ol hidden>";
   for (const std::string& moment : moments) html += "<li>" + html_text(moment) + "</li>";
   add(html + "</ol></div>\n");
 }
@@ -167,11 +170,13 @@ std::string Page::text() const {
   }
   const std::vector<std::string> pictures = data_urls(wanted, kLargestPage - std::min(kLargestPage, bytes));
   const std::string title = html_text(title_);
-  std::string html = std::string(kPageHead) + "<title>" + title + "</title>\n<style>\n" + std::string(kPageStyle) + "</style>\n</head>\n<body>\n<main>\n<h1>" + title + "</h1>\n";
+  std::string html = std::string(kPageHead) + "<title>" + title + "</title>\n<style>\n" + std::string(kPageStyle)
+      + "</style>\n</head>\n<body>\n<main>\n<h1>" + title + "</h1>\n";
   std::size_t next = 0;
   for (const Piece& piece : pieces_) html += piece.picture.empty() ? piece.html : pictures[next++];
   html += "</main>\n<script>\n" + std::string(kPageScript) + "</script>\n</body>\n</html>\n";
-  if (html.size() > kLargestPage) throw base::Error({.code = base::Exit::fault, .message = "the page '" + title_ + "' has " + std::to_string(html.size()) + " bytes"});
+  if (html.size() > kLargestPage) throw base::Error({.code = base::Exit::fault, .message = "the page '" + title_ + "' has "
+      + std::to_string(html.size()) + " bytes"});
   return html;
 }
 

@@ -41,7 +41,8 @@ class Page {
   void facts(const std::vector<std::pair<std::string, std::string>>&);
   /// A click on a column's head sorts by it, another one the other way round. Throws std::invalid_argument when a row has not one cell a column.
   void table(const std::vector<std::string>& columns, const std::vector<std::vector<Cell>>& rows, const std::string& caption = "");
-  /// The text of an SVG, or a file with one. Throws base::Error (exit 2) for a file that cannot be read, std::invalid_argument for an SVG with a script.
+  /// The text of an SVG, or a file with one. Throws base::Error (exit 2) for a file that cannot be read, std::invalid_argument for an SVG with a
+  /// script.
   void figure_of(const std::string& svg, const std::string& caption = "");
   void figure(const std::filesystem::path& svg_file, const std::string& caption = "");
   /// Several, two beside each other where there is room.

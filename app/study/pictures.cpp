@@ -31,7 +31,8 @@ render::Image picture_or_tile(const std::filesystem::path& file, std::int64_t wi
 std::vector<std::string> encoded(const std::vector<PictureRequest>& requests, double scale, int quality) {
   std::vector<std::string> urls(requests.size());
   base::parallel_chunks(requests.size(), 1, [&](std::size_t i, std::size_t) {
-    const auto width = std::max(std::min(kNarrowest, requests[i].width), static_cast<std::int64_t>(std::floor(scale * static_cast<double>(requests[i].width))));
+    const auto width = std::max(std::min(kNarrowest, requests[i].width),
+        static_cast<std::int64_t>(std::floor(scale * static_cast<double>(requests[i].width))));
     urls[i] = "data:image/jpeg;base64," + base64(render::jpeg(picture_or_tile(requests[i].file, width), quality));
   });
   return urls;
@@ -64,7 +65,8 @@ std::vector<std::string> data_urls(const std::vector<PictureRequest>& requests, 
   while (total(urls) > bytes) {
     scale *= std::min(0.9, std::sqrt(0.95 * static_cast<double>(bytes) / static_cast<double>(total(urls))));
     if (scale < 0.3) quality = std::max(kCoarsest, quality - 16);
-    if (scale < 0.02) throw base::Error({.code = base::Exit::fault, .message = std::to_string(requests.size()) + " pictures do not fit into one page"});
+    if (scale < 0.02) throw base::Error({.code = base::Exit::fault, .message = std::to_string(requests.size())
+        + " pictures do not fit into one page"});
     urls = encoded(requests, scale, quality);
   }
   return urls;

@@ -17,7 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string terminal_svg(const Plot& plot, const fs::path& file) {
-  return "set terminal svg size " + std::to_string(plot.width) + "," + std::to_string(plot.height) + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output '" + file.string() + "'\n";
+  return "set terminal svg size " + std::to_string(plot.width) + "," + std::to_string(plot.height)
+      + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output '" + file.string() + "'\n";
 }
 
 /// Twice the size of the SVG; this terminal's letters are in points of 4/3 pixels.
@@ -30,7 +31,8 @@ void run_gnuplot(const fs::path& folder, const std::string& script, const std::s
   const fs::path file = folder / "script.gp";
   base::write_text_atomically(file, script);
   const ProgramEnd end = run_program({"gnuplot", "--default-settings", file.string()}, made, [](int) {});
-  if (!end.started) throw base::Error({.code = base::Exit::io, .file = made, .hint = "apt-get install gnuplot-nox", .message = "gnuplot cannot be started: " + end.said});
+  if (!end.started)
+    throw base::Error({.code = base::Exit::io, .file = made, .hint = "apt-get install gnuplot-nox", .message = "gnuplot cannot be started: " + end.said});
   if (!end.well) base::throw_io(made, "gnuplot: " + (end.said.empty() ? "failed" : end.said));
 }
 
@@ -70,7 +72,8 @@ std::vector<std::string> write_plots(std::span<const Plot> plots, std::span<cons
   const auto drawn = [&](std::size_t i, const char* extension) { return scratch.path() / (std::to_string(i) + extension); };
   std::string script;
   for (std::size_t i = 0; i < plots.size(); ++i)
-    script += terminal_svg(plots[i], drawn(i, ".svg")) + plot_script(plots[i]) + "unset output\n" + terminal_png(plots[i], drawn(i, ".png")) + "replot\nunset output\n";
+    script += terminal_svg(plots[i], drawn(i, ".svg")) + plot_script(plots[i]) + "unset output\n" + terminal_png(plots[i], drawn(i, ".png"))
+        + "replot\nunset output\n";
   run_gnuplot(scratch.path(), script, stems[0].string() + ".svg");
   std::vector<std::string> svgs;
   for (std::size_t i = 0; i < plots.size(); ++i) {
@@ -88,7 +91,9 @@ std::vector<Series> largest_series(std::vector<Series> series, std::size_t most)
   if (series.size() <= most) return series;
   std::vector<std::size_t> order(series.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto size = [&](std::size_t k) { return std::accumulate(series[k].y.begin(), series[k].y.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); }); };
+  const auto size = [&](std::size_t k) {
+    return std::accumulate(series[k].y.begin(), series[k].y.end(), 0.0, [](double sum, double v) { return sum + std::abs(v); });
+  };
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
   std::vector<bool> kept(series.size(), false);
   for (std::size_t i = 0; i < most; ++i) kept[order[i]] = true;

@@ -27,7 +27,8 @@ double round_step(double least) {
 std::vector<Tick> linear_ticks(double low, double high) {
   const double step = round_step((high - low) / kMostTicks);
   std::vector<Tick> ticks;
-  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) ticks.push_back({k * step, tick_text(std::abs(k * step) < 1e-9 * step ? 0 : k * step)});
+  for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
+    ticks.push_back({k * step, tick_text(std::abs(k * step) < 1e-9 * step ? 0 : k * step)});
   return ticks;
 }
 
@@ -42,7 +43,8 @@ std::vector<Tick> log_ticks(double low, double high) {
   const int stride = std::max(1, static_cast<int>(std::ceil(decades / kMostTicks)));
   for (int e = first; e <= last; ++e) {
     if (e % stride == 0) add(std::pow(10, e));
-    if (decades > 4 && std::abs(e) > 1 && !ticks.empty() && ticks.back().value == std::pow(10, e)) ticks.back().text = "10" + superscript(e);   // all alike
+    // all alike
+    if (decades > 4 && std::abs(e) > 1 && !ticks.empty() && ticks.back().value == std::pow(10, e)) ticks.back().text = "10" + superscript(e);
     if (decades > 3) continue;
     for (const double digit : {2.0, 5.0}) add(digit * std::pow(10, e));
   }

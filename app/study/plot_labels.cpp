@@ -60,7 +60,8 @@ struct Placing {
       if (i != own) sum += 60 * length_inside(boxes[i], end, anchor);
     if (distance > kDistances[1])
       for (const Spot& point : obstacles.points)
-        if (std::hypot(point.x - anchor.x, point.y - anchor.y) > 1) sum += 40 * length_inside({point.x - kMarker, point.y - kMarker, point.x + kMarker, point.y + kMarker}, end, anchor);
+        if (std::hypot(point.x - anchor.x, point.y - anchor.y) > 1)
+          sum += 40 * length_inside({point.x - kMarker, point.y - kMarker, point.x + kMarker, point.y + kMarker}, end, anchor);
     return sum;
   }
 
@@ -102,7 +103,8 @@ double text_width(const std::string& text, double font_size) {
   return 0.95 * ems * font_size;
 }
 
-std::vector<PlacedLabel> place_labels(const std::vector<Spot>& anchors, const std::vector<double>& widths, double height, const Obstacles& obstacles) {
+std::vector<PlacedLabel> place_labels(const std::vector<Spot>& anchors, const std::vector<double>& widths, double height,
+    const Obstacles& obstacles) {
   Placing placing{anchors, obstacles, {}};
   for (std::size_t i = 0; i < anchors.size(); ++i) placing.boxes.push_back(candidate(anchors[i], widths[i], height, 0, kDistances[0]));
   for (int round = 0; round < kRounds; ++round) {

@@ -45,15 +45,19 @@ std::string quoted(const std::string& text) {
 }
 
 void check(const Plot& plot) {
-  const auto refuse = [&](const std::string& what) { throw base::Error({.code = base::Exit::fault, .message = "plot '" + plot.title + "': " + what}); };
+  const auto refuse = [&](const std::string& what) {
+    throw base::Error({.code = base::Exit::fault, .message = "plot '" + plot.title + "': " + what});
+  };
+  const auto refuse_bars = [&](const Series& s) { refuse("the error bars of '" + s.label + "' have another length"); };
   const auto check_finite = [&](const std::vector<double>& values, const std::string& of) {
     for (const double v : values)
       if (!std::isfinite(v)) refuse("a value of " + of + " is not finite");
   };
   for (const Series& s : plot.series) {
-    if (plot.categories.empty() ? s.x.size() != s.y.size() : s.y.size() != plot.categories.size()) refuse("x and y of '" + s.label + "' have different lengths");
-    if (s.x_low.size() != s.x_high.size() || (!s.x_low.empty() && s.x_low.size() != s.x.size())) refuse("the error bars of '" + s.label + "' have another length");
-    if (s.low.size() != s.high.size() || (!s.low.empty() && s.low.size() != s.y.size())) refuse("the error bars of '" + s.label + "' have another length");
+    if (plot.categories.empty() ? s.x.size() != s.y.size() : s.y.size() != plot.categories.size())
+      refuse("x and y of '" + s.label + "' have different lengths");
+    if (s.x_low.size() != s.x_high.size() || (!s.x_low.empty() && s.x_low.size() != s.x.size())) refuse_bars(s);
+    if (s.low.size() != s.high.size() || (!s.low.empty() && s.low.size() != s.y.size())) refuse_bars(s);
     for (const auto* values : {&s.x, &s.y, &s.low, &s.high, &s.x_low, &s.x_high}) check_finite(*values, "'" + s.label + "'");
   }
   for (const PointLabel& label : plot.labels) check_finite({label.x, label.y}, "the label '" + label.text + "'");
@@ -91,7 +95,8 @@ class Drawing {
 
   /// Its number among those that have colours of their own.
   std::size_t rank(std::size_t series) const {
-    return static_cast<std::size_t>(std::count_if(plot_.series.begin(), plot_.series.begin() + static_cast<std::ptrdiff_t>(series), [](const Series& s) { return s.style != Style::front && s.label != "other"; }));
+    return static_cast<std::size_t>(std::count_if(plot_.series.begin(), plot_.series.begin() + static_cast<std::ptrdiff_t>(series),
+        [](const Series& s) { return s.style != Style::front && s.label != "other"; }));
   }
   std::string color(std::size_t series) const {
     const Series& s = plot_.series[series];
@@ -138,9 +143,11 @@ class Drawing {
     if (plot_.floor && (!plot_.log_y || *plot_.floor > 0)) y.add(*plot_.floor);
     if (x.is_empty()) x.add(plot_.log_x ? 1 : 0);
     if (y.is_empty()) y.add(plot_.log_y ? 1 : 0);
-    const bool is_cloud = !plot_.labels.empty(), has_markers = std::any_of(plot_.series.begin(), plot_.series.end(), [](const Series& s) { return s.style == Style::points || s.style == Style::linespoints; });
+    const bool is_cloud = !plot_.labels.empty(), has_markers = std::any_of(plot_.series.begin(), plot_.series.end(),
+        [](const Series& s) { return s.style == Style::points || s.style == Style::linespoints; });
     x_ = axis_for(x.low, x.high, plot_.log_x, is_cloud ? 0.09 : has_bars() || has_markers ? 0.03 : 0, has_bars());
-    y_ = has_bars() ? Axis{.log = false, .low = y.low, .high = y.high, .ticks = {}} : axis_for(y.low, y.high, plot_.log_y, is_cloud ? 0.09 : 0.04, any_stack || plot_.from_zero);
+    y_ = has_bars() ? Axis{.log = false, .low = y.low, .high = y.high, .ticks = {}} : axis_for(y.low, y.high, plot_.log_y, is_cloud ? 0.09 : 0.04,
+        any_stack || plot_.from_zero);
   }
 
   struct Entry {
@@ -173,23 +180,30 @@ class Drawing {
   std::string at(double x, double y) const { return "screen " + number(x / width_) + ",screen " + number(1 - y / height_); }
 
   void text(const std::string& what, double x, double y, const char* align, const char* ink, double size, bool bold = false) {
-    out_ += "set label " + quoted(what) + " at " + at(x, y) + " " + align + " noenhanced front font '" + (bold ? "DejaVu Sans Bold" : "DejaVu Sans") + "," + number(size) + "' tc rgb '" + ink + "'\n";
+    out_ += "set label " + quoted(what) + " at " + at(x, y) + " " + align + " noenhanced front font '" +
+        (bold ? "DejaVu Sans Bold" : "DejaVu Sans") + "," + number(size) + "' tc rgb '" + ink + "'\n";
   }
   void line(double x0, double y0, double x1, double y1, const std::string& ink, double width, bool dashed = false) {
-    out_ += "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " nohead front lw " + number(width) + " lc rgb '" + ink + (dashed ? "' dt 2\n" : "'\n");
+    out_ += "set arrow from " + at(x0, y0) + " to " + at(x1, y1) + " nohead front lw " + number(width) + " lc rgb '" + ink
+        + (dashed ? "' dt 2\n" : "'\n");
   }
 
   void set_axes() {
-    const auto margin = [&](const char* side, double fraction) { out_ += std::string("set ") + side + "margin at screen " + number(fraction) + "\n"; };
-    margin("l", area_.left / width_), margin("r", area_.right / width_), margin("t", 1 - area_.top / height_), margin("b", 1 - area_.bottom / height_);
+    const auto margin = [&](const char* side, double fraction) {
+      out_ += std::string("set ") + side + "margin at screen " + number(fraction) + "\n";
+    };
+    margin("l", area_.left / width_), margin("r", area_.right / width_), margin("t", 1 - area_.top / height_),
+        margin("b", 1 - area_.bottom / height_);
     for (const auto& [name, axis] : {std::pair<std::string, const Axis*>{"x", &x_}, {"y", &y_}}) {
       out_ += "set " + name + "range [" + number(axis->low) + ":" + number(axis->high) + "]\n";
       if (axis->log) out_ += "set logscale " + name + "\n";
       std::string ticks;
       for (const Tick& tick : axis->ticks) ticks += (ticks.empty() ? "" : ", ") + quoted(tick.text) + " " + number(tick.value);
-      out_ += ticks.empty() ? "unset " + name + "tics\n" : "set " + name + "tics nomirror noenhanced scale 0.4 textcolor rgb '" + kInk + "' (" + ticks + ")\n";
+      out_ += ticks.empty() ? "unset " + name + "tics\n" : "set " + name + "tics nomirror noenhanced scale 0.4 textcolor rgb '" + kInk + "' ("
+          + ticks + ")\n";
     }
-    out_ += std::string("set grid ") + (has_bars() ? "xtics" : "xtics ytics") + " back lt 1 lw 1 lc rgb '" + kFaint + "'\nset border " + (has_bars() ? "2" : "3") + " lw 1 lc rgb '" + kSoft + "'\n";
+    out_ += std::string("set grid ") + (has_bars() ? "xtics" : "xtics ytics") + " back lt 1 lw 1 lc rgb '" + kFaint + "'\nset border "
+        + (has_bars() ? "2" : "3") + " lw 1 lc rgb '" + kSoft + "'\n";
   }
 
   void draw_texts() {
@@ -197,9 +211,11 @@ class Drawing {
     if (!plot_.title.empty()) text(plot_.title, kEdge, kTitleLine - 6, "left", kInk, size, /*bold=*/true);
     if (!has_bars()) text(plot_.y_label, kEdge, y_label_at_, "left", kSoft, kFontSize);
     text(plot_.x_label, area_.right, area_.bottom + 46, "right", kSoft, kFontSize);
-    for (std::size_t i = 0; i < plot_.categories.size(); ++i) text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, kFontSize);
+    for (std::size_t i = 0; i < plot_.categories.size(); ++i)
+      text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, kFontSize);
     if (hidden_ > 0)
-      text(std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are") + " 0 or below, where a logarithmic axis does not reach", kEdge, height_ - 14, "left", kSoft, 12);
+      text(std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are") + " 0 or below, where a logarithmic axis does not reach", kEdge,
+          height_ - 14, "left", kSoft, 12);
   }
 
   void draw_legend() {
@@ -208,8 +224,10 @@ class Drawing {
       const double y = legend_top_ + e.row * kLegendRow + 4;
       const std::string ink = color(e.series);
       if (s.style == Style::stack || has_bars())
-        out_ += "set object rectangle from " + at(e.left, y + 6) + " to " + at(e.left + 22, y - 6) + " front fc rgb '" + ink + "' fs solid 1 noborder\n";
-      if (s.style == Style::lines || s.style == Style::linespoints || s.style == Style::front) line(e.left, y, e.left + 24, y, ink, s.style == Style::front ? 5 : 2.5, rank(e.series) >= kPalette.size());
+        out_ += "set object rectangle from " + at(e.left, y + 6) + " to " + at(e.left + 22, y - 6) + " front fc rgb '" + ink
+            + "' fs solid 1 noborder\n";
+      if (s.style == Style::lines || s.style == Style::linespoints || s.style == Style::front)
+        line(e.left, y, e.left + 24, y, ink, s.style == Style::front ? 5 : 2.5, rank(e.series) >= kPalette.size());
       if (s.style == Style::points || s.style == Style::linespoints)
         out_ += "set label '' at " + at(e.left + 12, y) + " front point pt " + std::to_string(marker(e.series)) + " ps 1.1 lc rgb '" + ink + "'\n";
       text(s.label, e.left + 31, y, "left", kInk, kSmall);
@@ -219,7 +237,8 @@ class Drawing {
   void draw_floor() {
     if (!plot_.floor || (plot_.log_y && *plot_.floor <= 0)) return;
     const double y = pixel_y(*plot_.floor);
-    out_ += "set object rectangle from " + at(area_.left, area_.bottom) + " to " + at(area_.right, y) + " behind fc rgb '#f0f0f0' fs solid 1 noborder\n";
+    out_ += "set object rectangle from " + at(area_.left, area_.bottom) + " to " + at(area_.right, y)
+        + " behind fc rgb '#f0f0f0' fs solid 1 noborder\n";
     const Spot middle{area_.left + 8, std::min(y + 12, area_.bottom - 10)};
     text(kNoise, middle.x, middle.y, "left", kSoft, 13);
     own_texts_.push_back({middle.x, middle.y - 9, middle.x + text_width(kNoise, 13), middle.y + 9});
@@ -267,7 +286,8 @@ class Drawing {
       if (has_bars()) {
         if (s.y[i] == 0) continue;
         const double middle = bar_middle(i), base = bases_[k][i];
-        rows += number(base + s.y[i] / 2) + " " + number(middle) + " " + number(base) + " " + number(base + s.y[i]) + " " + number(middle - 0.36) + " " + number(middle + 0.36) + "\n";
+        rows += number(base + s.y[i] / 2) + " " + number(middle) + " " + number(base) + " " + number(base + s.y[i]) + " " + number(middle - 0.36)
+            + " " + number(middle + 0.36) + "\n";
       } else if (!bases_[k].empty()) {
         rows += number(s.x[i]) + " " + number(bases_[k][i]) + " " + number(bases_[k][i] + s.y[i]) + "\n";
       } else if (is_shown(s.x[i], s.y[i])) {

@@ -135,7 +135,8 @@ PassTable passes_of(const Json& run) {
 
 Plot seconds_plot(const PassTable& passes) {
   Plot plot{.title = "Seconds a frame, by pass", .x_label = "frame", .y_label = "seconds of the clock [s]"};
-  for (const std::string& name : passes.names) plot.series.push_back({.label = name, .x = passes.frames, .y = passes.seconds.at(name), .style = Style::stack});
+  for (const std::string& name : passes.names)
+    plot.series.push_back({.label = name, .x = passes.frames, .y = passes.seconds.at(name), .style = Style::stack});
   plot.series = largest_series(std::move(plot.series), kMostPasses);
   return plot;
 }
@@ -148,7 +149,8 @@ void add_pass_table(Page& page, const PassTable& passes) {
     double seconds = 0;
     for (const double s : passes.seconds.at(name)) seconds += s;
     const double cpu = passes.cpu_seconds.at(name), share = all > 0 ? 100 * cpu / all : 0, bytes = passes.bytes.at(name) / 1e9;
-    rows.push_back({name, Cell(number("%.0f", passes.calls.at(name)), passes.calls.at(name)), Cell(number("%.3f", seconds), seconds), Cell(number("%.3f", cpu), cpu),
+    rows.push_back({name, Cell(number("%.0f", passes.calls.at(name)), passes.calls.at(name)), Cell(number("%.3f", seconds), seconds),
+        Cell(number("%.3f", cpu), cpu),
                     Cell(number("%.1f", share), share), Cell(number("%.2f", bytes), bytes)});
   }
   page.table({"pass", "calls", "seconds [s]", "CPU seconds [s]", "share of CPU [%]", "read and written [GB]"}, rows);
@@ -160,18 +162,22 @@ std::vector<std::string> sentences(const Json& run, const Columns& columns) {
   double seconds = 0;
   for (const Json& frame : run.at("frames"))
     for (const auto& [stage, spent] : frame.at("seconds").items()) stages[stage] += spent.get<double>(), seconds += spent.get<double>();
-  std::string text = std::to_string(run.at("frames").size()) + (run.at("frames").size() == 1 ? " frame in " : " frames in ") + base::duration_text(seconds);
+  std::string text = std::to_string(run.at("frames").size()) + (run.at("frames").size() == 1 ? " frame in " : " frames in ")
+      + base::duration_text(seconds);
   const std::pair<const char*, const char*> kNames[] = {{"simulate", "simulation"}, {"surface", "surface"}, {"render", "pictures"}};
   std::string parts;
   for (const auto& [stage, name] : kNames)
-    if (stages.contains(stage) && seconds > 0) parts += (parts.empty() ? ": " : ", ") + std::string(name) + number(" %.0f %%", 100 * stages[stage] / seconds);
+    if (stages.contains(stage) && seconds > 0)
+      parts += (parts.empty() ? ": " : ", ") + std::string(name)
+        + number(" %.0f %%", 100 * stages[stage] / seconds);
   std::vector<std::string> all = {text + parts + "."};
   if (columns.size() < 2) return all;
   const std::vector<Series> kinds = energies(columns);
   if (!kinds.empty()) {
     const std::vector<double>& total = kinds.back().y;
     if (total.front() > 0)
-      all.push_back("Energy: " + number("%.3g J", total.front()) + " at the first frame, " + number("%.3g J", total.back()) + " at the last (" + number("%+.1f %%", 100 * (total.back() / total.front() - 1)) + ").");
+      all.push_back("Energy: " + number("%.3g J", total.front()) + " at the first frame, " + number("%.3g J", total.back()) + " at the last ("
+          + number("%+.1f %%", 100 * (total.back() / total.front() - 1)) + ").");
   }
   if (columns.has("volume_drift")) {
     double worst = 0;
@@ -184,7 +190,8 @@ std::vector<std::string> sentences(const Json& run, const Columns& columns) {
 void add_plots(Page& page, const Columns& columns, const PassTable& passes, std::int64_t dimension, base::Progress& progress) {
   std::vector<Plot> plots;
   if (!columns.empty()) {
-    plots.push_back({.title = "Energy", .x_label = "time [s]", .y_label = "energy [J]", .series = energies(columns), .from_zero = true, .width = kHalfWidth, .height = kHalfHeight});
+    plots.push_back({.title = "Energy", .x_label = "time [s]", .y_label = "energy [J]", .series = energies(columns), .from_zero = true,
+                     .width = kHalfWidth, .height = kHalfHeight});
     plots.push_back(volume_plot(columns));
     plots.push_back(vector_plot(columns, "linear_momentum", "Momentum", "momentum [kg m/s]", dimension));
     plots.push_back(vector_plot(columns, "angular_momentum", "Angular momentum", "about the lower corner of the domain [kg m²/s]", dimension));
@@ -235,7 +242,8 @@ void add_facts(Page& page, const Shot& shot, const Json& run, const Columns& col
   if (!command.empty()) facts.push_back({"command", command});
   facts.push_back({"plan", plan_line(shot)});
   const Json& program = run.at("program");
-  facts.push_back({"program", "polypic " + program.at("version").get<std::string>() + (program.contains("commit") ? " (" + program.at("commit").get<std::string>() + ")" : "")});
+  facts.push_back({"program", "polypic " + program.at("version").get<std::string>() + (program.contains("commit") ? " ("
+      + program.at("commit").get<std::string>() + ")" : "")});
   for (const auto& [stage, hash] : run.at("hashes").items()) facts.push_back({"hash, " + stage, hash.get<std::string>()});
   if (!columns.empty()) {
     const std::vector<double> particles = columns.of("particles"), steps = columns.of("substeps");
@@ -244,7 +252,8 @@ void add_facts(Page& page, const Shot& shot, const Json& run, const Columns& col
     facts.push_back({"particles", number("%.0f", particles.back())});
     facts.push_back({"steps", number("%.0f", all)});
   }
-  facts.push_back({"machine", std::to_string(run.at("threads").get<int>()) + " threads, " + run.at("isa").get<std::string>() + ", " + bytes_text(run.at("peak_bytes").get<double>()) + " at most"});
+  facts.push_back({"machine", std::to_string(run.at("threads").get<int>()) + " threads, " + run.at("isa").get<std::string>() + ", "
+      + bytes_text(run.at("peak_bytes").get<double>()) + " at most"});
   page.facts(facts);
   page.details("The shot as run", shot.resolved);
 }

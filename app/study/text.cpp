@@ -9,7 +9,8 @@ namespace {
 /// Number of bytes of the UTF-8 character at the start, 0 where there is none.
 std::size_t character_length(std::string_view text) {
   const auto lead = static_cast<unsigned char>(text[0]);
-  const std::size_t length = lead < 0x80 ? 1 : lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+  const bool two = lead >= 0xc2 && lead < 0xe0, three = lead >= 0xe0 && lead < 0xf0, four = lead >= 0xf0 && lead < 0xf5;
+  const std::size_t length = lead < 0x80 ? 1 : two ? 2 : three ? 3 : four ? 4 : 0;
   if (length == 0 || length > text.size()) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) return 0;

@@ -32,7 +32,8 @@ std::vector<Share> shares(std::int64_t from, std::int64_t to) {
     const double begin = static_cast<double>(i) * step, end = std::min(static_cast<double>(from), begin + step);
     Share share{.first = static_cast<std::int64_t>(begin), .weight = {}};
     for (std::int64_t p = share.first; p < from && static_cast<double>(p) < end - 1e-9; ++p)
-      share.weight.push_back(static_cast<float>((std::min(end, static_cast<double>(p + 1)) - std::max(begin, static_cast<double>(p))) / (end - begin)));
+      share.weight.push_back(static_cast<float>((std::min(end, static_cast<double>(p + 1)) - std::max(begin,
+          static_cast<double>(p))) / (end - begin)));
     all.push_back(std::move(share));
   }
   return all;
@@ -42,7 +43,8 @@ std::vector<Share> shares(std::int64_t from, std::int64_t to) {
 
 Image shrunk(const Image& image, std::int64_t width) {
   const std::int64_t w = std::min(width, image.width);
-  const std::int64_t h = std::max<std::int64_t>(1, std::llround(static_cast<double>(image.height) * static_cast<double>(w) / static_cast<double>(image.width)));
+  const std::int64_t h = std::max<std::int64_t>(1,
+      std::llround(static_cast<double>(image.height) * static_cast<double>(w) / static_cast<double>(image.width)));
   const std::vector<Share> across = shares(image.width, w), down = shares(image.height, h);
   const std::array<float, 256>& light = light_of_codes();
   const std::size_t channels = image.channels.size(), row = static_cast<std::size_t>(w) * 3;
