@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sim {
 namespace {
@@ -20,6 +21,15 @@ Shape continued_through_walls(Shape shape, const Options& o) {
     if (upper && (wall || lower)) shape.box->upper[a] += size[a];
   }
   return shape;
+}
+
+/// Of its thinnest part [m]; of a box that goes on along an axis without end, across the others.
+double thickness(const Shape& shape, int dimension) {
+  if (shape.sphere) return 2 * shape.sphere->radius;
+  double least = std::numeric_limits<double>::infinity();
+  for (int a = 0; a < dimension; ++a)
+    if (const double size = shape.box->upper[a] - shape.box->lower[a]; size > 0) least = std::min(least, size);
+  return least;
 }
 
 template <class Real>
@@ -41,9 +51,13 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
 template <int D>
 void Solids<D>::move_to(double time) {
   time_ = time;
-  shapes.clear(), velocities.clear();
+  shapes.clear(), velocities.clear(), thin_.clear();
   for (const Collider& collider : colliders_)
-    for (const Shape& shape : with_images(shape_at(time, collider, options_), options_)) shapes.push_back(shape), velocities.push_back(collider.velocity);
+    for (const Shape& shape : with_images(shape_at(time, collider, options_), options_)) {
+      // Thicker ones push back to the side that a particle came from: it crosses `cfl` cells in a step.
+      if (const double thin = thickness(shape, D); thin < 1.999 * options_.cfl * cell) thin_.push_back({shapes.size(), thin});
+      shapes.push_back(shape), velocities.push_back(collider.velocity);
+    }
 }
 
 template <int D>
@@ -122,8 +136,42 @@ double Solids<D>::push_out(Moving<D, Real>& particle) const {
   return pushed;
 }
 
+template <int D>
+template <class Real>
+void Solids<D>::stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>& to) const {
+  base::Vec3 start = origin, end = origin;
+  for (int a = 0; a < D; ++a) {
+    start[a] += (double(from.cell[a]) + double(from.offset[a])) * cell;
+    end[a] += (double(to.cell[a]) + double(to.offset[a])) * cell;
+  }
+  for (const Thin& thin : thin_) {
+    const Shape& shape = shapes[thin.shape];
+    const base::Vec3 first = start + dt * velocities[thin.shape], way = end - first;   // as one who moves with the collider sees it
+    const double length = way.norm();
+    if (length == 0 || shape.distance(first) > length || shape.distance(first) < 0) continue;
+    const int looks = int(std::ceil(4 * length / thin.thickness)) + 1;
+    for (int n = 1; n <= looks; ++n) {
+      double outside = double(n - 1) / looks, inside = double(n) / looks;
+      if (shape.distance(first + inside * way) >= 0) continue;
+      for (int halvings = 0; halvings < 30; ++halvings) {
+        const double middle = (outside + inside) / 2;
+        (shape.distance(first + middle * way) < 0 ? inside : outside) = middle;
+      }
+      Vec<D, Real> back;
+      for (int a = 0; a < D; ++a) back[a] = Real((inside - 1) * way[a] / cell);
+      to.move(back);
+      end = first + inside * way;
+      break;
+    }
+  }
+}
+
 template struct Solids<2>;
 template struct Solids<3>;
+template void Solids<2>::stop_in_thin(const Site<2, float>&, double, Site<2, float>&) const;
+template void Solids<2>::stop_in_thin(const Site<2, double>&, double, Site<2, double>&) const;
+template void Solids<3>::stop_in_thin(const Site<3, float>&, double, Site<3, float>&) const;
+template void Solids<3>::stop_in_thin(const Site<3, double>&, double, Site<3, double>&) const;
 template double Solids<2>::push_out(Moving<2, float>&) const;
 template double Solids<2>::push_out(Moving<2, double>&) const;
 template double Solids<3>::push_out(Moving<3, float>&) const;

@@ -66,10 +66,21 @@ struct Solids {
   template <class Real>
   double push_out(Moving<D, Real>&) const;
 
+  /// Whether a collider is so thin that what moves as far as a step may could come out of it on the other side.
+  bool has_thin() const { return !thin_.empty(); }
+  /// Ends a particle's way in a step of `dt` [s] where it comes into a thin collider, for push_out to go on from.
+  template <class Real>
+  void stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>& to) const;
+
  private:
   std::vector<Collider> colliders_;   // at t = 0, continued through the walls that they stand on
   Options options_;
   double time_ = 0;                   // [s]
+  struct Thin {
+    std::size_t shape;                // place in `shapes`
+    double thickness;                 // [m]
+  };
+  std::vector<Thin> thin_;
 };
 
 }  // namespace sim

@@ -37,6 +37,7 @@ template <int kStages, int D, class Real>
 void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
                const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
+  const bool thin = solids.has_thin();
   using V = Vec<D, Real>;
   with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& velocity_at) {
     // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
@@ -63,6 +64,7 @@ void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
       for (std::size_t k = 0; k < count; ++k) {
         Site<D, Real> site = site_of(k);
         site.move(second[k]);
+        if (thin) solids.stop_in_thin(site_of(k), dt, site);
         particles.cell[begin + k] = site.cell;
         particles.offset[begin + k] = site.offset;
       }

@@ -94,6 +94,7 @@ class Liquid final : public Simulation {
     const double start = time() + (1 / fps_ - left);
     step_.scatter(particles_, ledger);
     double dt = first_guess(left);
+    if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     if (reflects) {
       const double half = project(dt / 2, ledger);
       watch_.add_work(2 * solid_work());   // the particles get the pressure twice
@@ -141,12 +142,14 @@ class Liquid final : public Simulation {
   double project(double dt, base::Ledger& ledger) {
     while (step_.project(dt, gravity_, ledger) * dt > 2 * options_.cfl * options_.cell) {
       dt /= 2;
-      if (dt < kShortestStep / fps_)
-        throw base::Error({.code = base::Exit::unstable, .hint = "raise sim.cfl or shot.fps, or take a coarser sim.cell",
-                           .message = fmt::format("pressure: frame {}: a velocity would cross more than {:.3g} cells in {:.1g} of a frame",
-                                                  frame_ + 1, 2 * options_.cfl, kShortestStep)});
+      if (dt < kShortestStep / fps_) throw_collapse("the pressure of an impact", dt);
     }
     return dt;
+  }
+
+  [[noreturn]] void throw_collapse(const char* cause, double dt) const {
+    throw base::Error({.code = base::Exit::unstable, .hint = "raise sim.cfl or shot.fps, or take a coarser sim.cell",
+                       .message = fmt::format("frame {}: {} asks for a step of {:.3g} s, less than {:.1g} of a frame", frame_ + 1, cause, dt, kShortestStep)});
   }
 
   /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake.

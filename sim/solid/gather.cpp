@@ -174,6 +174,7 @@ void BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
   double pushed = 0;
   Moving<D, Real> moving{{particles.cell[p], particles.offset[p]}, particles.velocity(p)};
   if (touches) {
+    if (solids_.has_thin()) solids_.stop_in_thin({from_cell_[p - begin_], from_offset_[p - begin_]}, dt_, moving.site);
     pushed = solids_.push_out(moving);
     particles.cell[p] = moving.site.cell;
     particles.offset[p] = moving.site.offset;
@@ -212,7 +213,7 @@ bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
   }
   const bool limits_some = group.scheme.carry == Carry::limited ||
                            (group.scheme.carry == Carry::hybrid && std::any_of(flags_.begin(), flags_.begin() + std::ptrdiff_t(count), [](auto f) { return f & kBesideLight; }));
-  if (limits_some) {
+  if (limits_some || (touches && solids_.has_thin())) {
     from_cell_.assign(particles.cell.begin() + std::ptrdiff_t(begin_), particles.cell.begin() + std::ptrdiff_t(end_));
     from_offset_.assign(particles.offset.begin() + std::ptrdiff_t(begin_), particles.offset.begin() + std::ptrdiff_t(end_));
   }

@@ -1,0 +1,31 @@
+#include "sim/verify/cases.h"
+
+namespace sim {
+
+bool passes(const VerifyCase& c, const CaseOutcome& found) { return found.value <= c.tolerance && found.broken.empty(); }
+
+std::vector<VerifyCase> verify_cases() {
+  std::vector<VerifyCase> all;
+  verify::add_transfer_cases(all);
+  verify::add_law_cases(all);
+  verify::add_spin_cases(all);
+  verify::add_solid_cases(all);
+  verify::add_contact_cases(all);
+  verify::add_liquid_cases(all);
+  verify::add_long_cases(all);
+  return all;
+}
+
+std::vector<CaseNotBuilt> cases_not_built() {
+  return {{"newton_indefinite", "an implicit integrator", "numerics 7.13"},
+          {"implicit_force_is_the_energys_derivative", "an implicit integrator", "numerics 7.14"},
+          {"density_ratio_1000", "two liquids of different density", "numerics 7.18"},
+          {"viscosity_ratio_1e5", "viscosity", "numerics 7.18"},
+          {"tank_turned_30_degrees", "colliders that are turned", "numerics 7.19"},
+          {"mesh_colliders", "colliders made from meshes", "numerics 7.17"},
+          {"moving_colliders_and_solids", "colliders that move among solids", "numerics 7.17"},
+          {"not_finite_level_set", "level sets as input", "numerics 7.7"},
+          {"long_pour", "sources", "numerics 7.6"}};
+}
+
+}  // namespace sim

@@ -1,0 +1,120 @@
+#include "sim/verify/follow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "base/error.h"
+
+namespace sim::verify {
+namespace {
+
+double energy_of(const Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
+
+bool is_finite(const Totals& t) {
+  return std::isfinite(energy_of(t)) && std::isfinite(t.max_speed) && t.linear_momentum.allFinite() && t.angular_momentum.allFinite();
+}
+
+bool is_finite(const Frame& f) {
+  const auto finite = [](const base::Vec3f& v) { return v.allFinite(); };
+  return std::all_of(f.position.begin(), f.position.end(), finite) && std::all_of(f.velocity.begin(), f.velocity.end(), finite);
+}
+
+}  // namespace
+
+double Course::energy(std::size_t frame) const { return energy_of(totals[frame]); }
+
+double Course::largest_energy() const {
+  double largest = 0;
+  for (std::size_t f = 0; f < totals.size(); ++f) largest = std::max(largest, energy(f));
+  return largest / energy(0);
+}
+
+std::int64_t Course::sum(std::int64_t Totals::* counter) const {
+  std::int64_t all = 0;
+  for (const Totals& t : totals) all += t.*counter;
+  return all;
+}
+
+Course follow(const Scene& scene, const Plan& plan) {
+  Course course;
+  course.scene = scene;
+  course.simulation = make_simulation(scene, plan.fps);
+  Simulation& simulation = *course.simulation;
+  if (plan.prepare) {
+    State state = simulation.state();
+    plan.prepare(state);
+    simulation.restore(state);
+  }
+  course.totals.push_back(simulation.totals());
+  base::Ledger ledger;
+  for (int f = 0; f < plan.frames; ++f) {
+    try {
+      simulation.advance(ledger, {});
+    } catch (const base::Error& e) {
+      if (e.complaint().code != base::Exit::unstable) throw;
+      course.stopped = e.what();
+      return course;
+    }
+    course.totals.push_back(simulation.totals());
+    course.is_finite = course.is_finite && is_finite(course.end()) && is_finite(simulation.frame());
+    if (plan.see) plan.see(simulation);
+    if (!course.is_finite || (course.energy(0) > 0 && course.energy(course.totals.size() - 1) > plan.most_energy * course.energy(0))) break;
+  }
+  return course;
+}
+
+CaseOutcome report(const Course& course, double value, std::string outcome) {
+  CaseOutcome found;
+  found.value = value;
+  found.outcome = std::move(outcome);
+  if (!course.stopped.empty()) found.broken.push_back("stopped: " + course.stopped);
+  if (!course.is_finite) found.broken.push_back("numbers that are not finite");
+  std::int64_t left = 0;
+  for (const Totals& t : course.totals) {
+    left += t.left;
+    if (t.particles + left != course.start().particles) found.broken.push_back(say("%lld particles lost", static_cast<long long>(course.start().particles - left - t.particles)));
+    if (course.energy(0) == 0) continue;
+    found.time.push_back(t.time);
+    found.energy.push_back(energy_of(t) / course.energy(0));
+  }
+  found.picture = course.simulation->frame();
+  found.scene = course.scene;
+  return found;
+}
+
+std::string say(const char* format, ...) {
+  char text[400];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+void edit_reals(State& state, std::string_view name, Precision precision, const std::function<void(std::int64_t, double*)>& change) {
+  if (precision == Precision::double_precision) return edit<double>(state, name, change);
+  edit<float>(state, name, [&](std::int64_t row, float* values) {
+    const Column* const c = state.find(name);
+    std::vector<double> exact(values, values + c->width);
+    change(row, exact.data());
+    for (std::size_t k = 0; k < exact.size(); ++k) values[k] = float(exact[k]);
+  });
+}
+
+std::vector<double> reals(const State& state, std::string_view name) {
+  std::vector<double> values;
+  const Column* const c = state.find(name);
+  if (!c) return values;
+  if (c->type == Column::Type::float64) {
+    read_column<double>(state, name, c->rows, c->width, values);
+  } else {
+    std::vector<float> rough;
+    read_column<float>(state, name, c->rows, c->width, rough);
+    values.assign(rough.begin(), rough.end());
+  }
+  return values;
+}
+
+}  // namespace sim::verify

@@ -1,0 +1,108 @@
+#include "sim/verify/scenes.h"
+
+#include "sim/transfer/modes.h"
+
+namespace sim::verify {
+
+Scene open_scene(int dimension, double edge, double cell) {
+  Scene scene;
+  Options& o = scene.options;
+  o.dimension = dimension;
+  o.solver = "solid";
+  o.domain = {base::Vec3::Zero(), base::Vec3(edge, edge, dimension == 3 ? edge : 0)};
+  o.cell = cell;
+  o.particles_per_cell = dimension == 3 ? 8 : 4;
+  o.kernel = Kernel::quadratic;
+  o.carry = Carry::hybrid;
+  o.cfl = 0.4;
+  for (auto& sides : o.boundary) sides = {Side::periodic, Side::periodic};
+  o.precision = Precision::double_precision;
+  return scene;
+}
+
+Scene walled_scene(int dimension, double edge, double cell) {
+  Scene scene = open_scene(dimension, edge, cell);
+  for (auto& sides : scene.options.boundary) sides = {Side::separating, Side::separating};
+  return scene;
+}
+
+Body ball(const base::Vec3& center, double radius, const Material& material) {
+  Body body;
+  body.name = "ball";
+  body.shape.sphere = {center, radius};
+  body.solid = material;
+  body.is_solid = true;
+  return body;
+}
+
+Body block(const base::Vec3& lower, const base::Vec3& upper, const Material& material) {
+  Body body;
+  body.name = "block";
+  body.shape.box = {lower, upper};
+  body.solid = material;
+  body.is_solid = true;
+  return body;
+}
+
+Scene tank(int dimension, double cell, const base::Vec3& lower, const base::Vec3& upper) {
+  Scene scene;
+  Options& o = scene.options;
+  o.dimension = dimension;
+  o.domain = {base::Vec3::Zero(), dimension == 2 ? base::Vec3(1, 0.5, 0) : base::Vec3(1, 0.2, 0.5)};
+  o.cell = cell;
+  o.particles_per_cell = dimension == 2 ? 4 : 8;
+  Body water;
+  water.name = "water";
+  water.shape.box = base::Box{lower, upper};
+  scene.bodies = {water};
+  return scene;
+}
+
+void add_gravity(Scene& scene, double acceleration) {
+  Effect gravity;
+  gravity.acceleration = scene.options.dimension == 2 ? base::Vec3(0, -acceleration, 0) : base::Vec3(0, 0, -acceleration);
+  scene.effects.push_back(gravity);
+}
+
+Collider box_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper, const base::Vec3& velocity) {
+  Collider c;
+  c.name = name;
+  c.shape.box = base::Box{lower, upper};
+  c.velocity = velocity;
+  return c;
+}
+
+void apply(const Scheme& s, Options& o) {
+  o.transfer = s.transfer, o.kernel = s.kernel, o.carry = s.carry, o.precision = s.precision, o.splitting = s.splitting;
+  o.modes = {};
+  if (s.transfer == Transfer::polypic) o.modes.count = s.modes;
+}
+
+std::string transfer_text(const Scheme& s, int dimension) {
+  if (s.transfer == Transfer::pic) return "pic";
+  if (s.transfer == Transfer::flip) return "flip";
+  if (s.transfer == Transfer::apic) return "apic";
+  const base::CountOrName modes{s.modes, {}};
+  const std::size_t count = dimension == 2 ? mode_set<2>(s.transfer, s.kernel, modes).size() : mode_set<3>(s.transfer, s.kernel, modes).size();
+  return "polypic" + std::to_string(count);
+}
+
+std::string kernel_text(const Scheme& s) { return s.kernel == Kernel::linear ? "linear" : "quadratic"; }
+
+namespace {
+
+std::string text_of(const Scheme& s, int dimension, bool names_kernel) {
+  std::string text = std::to_string(dimension) + "d/" + transfer_text(s, dimension);
+  if (names_kernel) text += "/" + kernel_text(s);
+  if (s.transfer == Transfer::polypic && s.kernel == Kernel::quadratic)
+    text += s.carry == Carry::fixed ? "/fixed" : s.carry == Carry::limited ? "/limited" : "/hybrid";
+  if (s.splitting == Splitting::reflection) text += "/reflection";
+  return text + (s.precision == kDouble ? "/double" : "/single");
+}
+
+}  // namespace
+
+std::string solid_text(const Scheme& s, int dimension) { return text_of(s, dimension, false); }
+std::string fluid_text(const Scheme& s, int dimension) { return text_of(s, dimension, true); }
+
+}  // namespace sim::verify

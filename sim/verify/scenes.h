@@ -1,0 +1,39 @@
+#pragma once
+// Scenes of the hard cases: solids without gravity and walls unless said, liquids in a tank.
+#include <string>
+
+#include "sim/scene.h"
+
+namespace sim::verify {
+
+/// A plane or box of an elastic solid's, with periodic sides so that nothing touches a wall.
+Scene open_scene(int dimension, double edge, double cell);
+/// The same between separating walls.
+Scene walled_scene(int dimension, double edge, double cell);
+Body ball(const base::Vec3& center, double radius, const Material&);
+Body block(const base::Vec3& lower, const base::Vec3& upper, const Material&);
+/// A tank of water 1 m long and 0.5 m high; in three dimensions 0.2 m wide. z, in two dimensions y, is up; the water's box is given so: in two
+/// dimensions its y is that of the plane.
+Scene tank(int dimension, double cell, const base::Vec3& lower, const base::Vec3& upper);
+void add_gravity(Scene&, double acceleration = 9.81);
+Collider box_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper, const base::Vec3& velocity = base::Vec3::Zero());
+
+/// What a case pairs with others. `modes` 0: the transfer's own, of PolyPIC all that the kernel has.
+struct Scheme {
+  Transfer transfer = Transfer::apic;
+  std::int64_t modes = 0;
+  Kernel kernel = Kernel::quadratic;
+  Carry carry = Carry::fixed;
+  Precision precision = Precision::double_precision;
+  Splitting splitting = Splitting::lie;
+};
+inline constexpr auto kDouble = Precision::double_precision, kSingle = Precision::single_precision;
+
+void apply(const Scheme&, Options&);
+std::string transfer_text(const Scheme&, int dimension);   // "polypic9"
+std::string kernel_text(const Scheme&);                    // "quadratic"
+/// "2d/polypic9/quadratic/hybrid/double" of a fluid, to which reflection is added; of solids without the kernel.
+std::string solid_text(const Scheme&, int dimension);
+std::string fluid_text(const Scheme&, int dimension);
+
+}  // namespace sim::verify

@@ -1,0 +1,279 @@
+// Solids that are crushed, turned inside out, thrown at each other faster than sound, and moved far.
+#include <algorithm>
+#include <cmath>
+
+#include "sim/verify/cases.h"
+#include "sim/verify/follow.h"
+#include "sim/verify/scenes.h"
+
+namespace sim::verify {
+namespace {
+
+const Material kJelly{.model = Elasticity::neo_hookean, .density = 1000, .young = 1e5, .poisson = 0.3};
+
+VerifyCase solid_case(const std::string& name, int dimension, const Scheme& scheme) {
+  VerifyCase c;
+  c.name = name + "/" + solid_text(scheme, dimension);
+  c.dimension = dimension;
+  c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
+  return c;
+}
+
+const char* name_of(Elasticity law) { return law == Elasticity::fixed_corotated ? "fixed_corotated" : law == Elasticity::neo_hookean ? "neo_hookean" : "hencky"; }
+
+base::Vec3 corner(int dimension, double x, double y) { return {x, y, dimension == 3 ? y : 0}; }
+
+/// A block all of whose particles start with one F; `diagonal` is of F, in the first axes.
+Scene deformed_block(int dimension, const Scheme& scheme, Elasticity law) {
+  Scene scene = open_scene(dimension, 1, 0.1);
+  apply(scheme, scene.options);
+  Material material = kJelly;
+  material.model = law;
+  scene.bodies = {block(corner(dimension, 0.3, 0.3), corner(dimension, 0.6, 0.6), material)};
+  return scene;
+}
+
+std::function<void(State&)> start_with(int dimension, Precision precision, const std::vector<double>& diagonal) {
+  return [=](State& s) {
+    edit<double>(s, "limits", [](std::int64_t row, double* v) { if (row == 0) *v = 200; });   // a short first step, until sound is that of this state
+    edit_reals(s, "deformation", precision, [&](std::int64_t, double* f) {
+      for (int a = 0; a < dimension; ++a) f[a * (dimension + 1)] = diagonal[std::size_t(a)] - 1;
+    });
+  };
+}
+
+double elastic(const Totals& t) { return t.elastic_energy.value_or(0); }
+
+/// F of every particle flat, a line, a point or inside out. What is flat stays so, for F <- (I + dt grad v) F; nothing else may come of it.
+VerifyCase degenerate(const std::string& kind, int dimension, const Scheme& scheme, Elasticity law, const std::vector<double>& diagonal) {
+  VerifyCase c = solid_case("degenerate/" + kind + "/" + name_of(law), dimension, scheme);
+  c.expect = "no number that is none; energy at most the tolerance of the start's";
+  c.tolerance = 1.02;
+  c.source = "numerics 7.9";
+  c.run = [=] {
+    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10, .prepare = start_with(dimension, scheme.precision, diagonal)});
+    return report(course, course.largest_energy(), say("largest energy %.4f of the start, elastic energy %.3g of it at the end", course.largest_energy(), elastic(course.end()) / course.energy(0)));
+  };
+  return c;
+}
+
+/// Crushed to a part of its height and let go: it comes back and goes beyond.
+VerifyCase crushed(int dimension, const Scheme& scheme, Elasticity law, double to) {
+  VerifyCase c = solid_case(std::string("crushed/") + name_of(law), dimension, scheme);
+  c.expect = "a block crushed along one axis springs back: it gets at least 1.2 times as wide as it was let go (value: 1.2 over the widest)";
+  c.tolerance = 1;
+  c.source = "numerics 7.9";
+  c.run = [=] {
+    std::vector<double> diagonal(3, 1.0);
+    diagonal[0] = to;
+    double start = 0, widest = 0;
+    const auto width = [](const Simulation& simulation) {
+      float low = 1e9f, high = -1e9f;
+      for (const auto& x : simulation.frame().position) low = std::min(low, x.x()), high = std::max(high, x.x());
+      return double(high - low);
+    };
+    start = width(*make_simulation(deformed_block(dimension, scheme, law), 100));
+    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10, .prepare = start_with(dimension, scheme.precision, diagonal),
+                                                                          .see = [&](const Simulation& s) { widest = std::max(widest, width(s)); }});
+    CaseOutcome found = report(course, 1.2 * start / widest, say("widest %.2f of the width it was let go at, largest energy %.4f of the start", widest / start, course.largest_energy()));
+    if (course.largest_energy() > 1.02) found.broken.push_back("it gained energy");
+    return found;
+  };
+  return c;
+}
+
+/// Two blocks that meet at several times the speed of sound in them.
+VerifyCase impact(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("impact_above_sound", dimension, scheme);
+  c.expect = "steps get shorter, and energy is at most the tolerance of the start's";
+  c.tolerance = 1.02;
+  c.source = "numerics 7.11";
+  c.run = [=] {
+    Scene scene = open_scene(dimension, 2, dimension == 2 ? 0.05 : 0.1);
+    apply(scheme, scene.options);
+    Material material = kJelly;
+    material.young = 1e3;   // sound at 1.2 m/s
+    scene.bodies = {block(corner(dimension, 0.4, 0.8), corner(dimension, 0.8, 1.2), material), block(corner(dimension, 1.0, 0.8), corner(dimension, 1.4, 1.2), material)};
+    scene.bodies[0].velocity = {3, 0, 0}, scene.bodies[1].velocity = {-3, 0, 0};
+    scene.bodies[1].name = "other";
+    const Course course = follow(scene, {.fps = 50, .frames = 12});
+    const std::int64_t shortened = course.sum(&Totals::steps_by_motion) + course.sum(&Totals::steps_by_loose);
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, %lld steps not by sound at rest", course.largest_energy(), static_cast<long long>(shortened)));
+    if (shortened == 0) found.broken.push_back("no step was cut");
+    if (course.end().kinetic_energy > 0.9 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
+    return found;
+  };
+  return c;
+}
+
+/// Moved a thousand cells without a force. Stress s stores s^2 / 2E.
+VerifyCase translation(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("translation_1000_cells", dimension, scheme);
+  const bool exact = scheme.precision == kDouble;
+  c.expect = "stress over Young's modulus no more than the tolerance";
+  c.tolerance = exact ? 1e-12 : 2e-4;
+  c.source = exact ? "numerics 7.15" : "numerics 7.15, in single precision by its rounding: 2500 steps of 6e-8";
+  c.run = [=] {
+    Scene scene = open_scene(dimension, 1, 0.05);
+    scene.options.domain.upper.x() = 64;
+    apply(scheme, scene.options);
+    scene.bodies = {block(corner(dimension, 0.4, 0.3), corner(dimension, 0.6, 0.5), kJelly)};
+    scene.bodies[0].velocity = {50, 0, 0};
+    const Course course = follow(scene, {.fps = 4, .frames = 4});
+    const double stress = std::sqrt(2 * elastic(course.end()) / course.end().volume / kJelly.young);
+    CaseOutcome found = report(course, stress, say("stress %.1e E after %lld steps", stress, static_cast<long long>(course.sum(&Totals::substeps))));
+    if (course.sum(&Totals::substeps) < 2000) found.broken.push_back("fewer steps than cells ask for");
+    return found;
+  };
+  return c;
+}
+
+/// Two particles at one place with opposite velocities: the grid sees nothing move.
+VerifyCase coincident(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("coincident/solid", dimension, scheme);
+  c.expect = "energy at most that of the start, momentum stays 0";
+  c.tolerance = 1 + 1e-9;
+  c.source = "numerics 7.5";
+  c.run = [=] {
+    Scene scene = open_scene(dimension, 1, 0.1);
+    apply(scheme, scene.options);
+    scene.options.seeding = Seeding::regular;
+    scene.bodies = {block(corner(dimension, 0.3, 0.3), corner(dimension, 0.5, 0.5), kJelly)};
+    const auto width = std::int64_t(reals(make_simulation(scene, 24)->state(), "coefficients").size() / std::size_t(make_simulation(scene, 24)->totals().particles));
+    const Course course = follow(scene, {.fps = 50, .frames = 10, .prepare = [&](State& s) {
+      edit<std::int32_t>(s, "cell", [&](std::int64_t, std::int32_t* x) { for (int a = 0; a < dimension; ++a) x[a] = 4; });
+      edit_reals(s, "offset", scheme.precision, [&](std::int64_t, double* x) { for (int a = 0; a < dimension; ++a) x[a] = 0.5; });
+      edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) { v[width / dimension] = row % 2 ? 3 : -3; });
+    }});
+    CaseOutcome found = report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end", static_cast<long long>(course.start().particles), course.energy(course.totals.size() - 1) / course.energy(0)));
+    if (course.end().linear_momentum.norm() > 1e-9 * course.start().mass * 3) found.broken.push_back("momentum came of nothing");
+    return found;
+  };
+  return c;
+}
+
+/// Snow pressed so far that its hardening would overflow.
+VerifyCase hardening(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("snow_hardening", dimension, scheme);
+  c.expect = "hardening stops at its cap, and is counted (value: 1 where nothing was held); energy at most 1.15 of the start's";
+  c.tolerance = 0;
+  c.source = "numerics 7.13; Stomakhin13 eq 9, whose box of stretches may store an eighth more";
+  c.run = [=] {
+    Scene scene = walled_scene(dimension, 1, 0.05);
+    if (dimension == 3) scene.options.cell = 0.1;
+    apply(scheme, scene.options);
+    Material snow = preset_material("snow");
+    snow.hardening = 50;
+    scene.bodies = {block(corner(dimension, 0.1, 0.35), corner(dimension, 0.4, 0.65), snow)};
+    scene.bodies[0].velocity = {-20, 0, 0};
+    const Course course = follow(scene, {.fps = 200, .frames = 10});
+    const std::int64_t held = course.sum(&Totals::held_strains);
+    CaseOutcome found = report(course, held > 0 ? 0 : 1, say("%lld particle steps at the cap, largest energy %.4f of the start", static_cast<long long>(held), course.largest_energy()));
+    if (course.largest_energy() > 1.15) found.broken.push_back("it gained energy");
+    return found;
+  };
+  return c;
+}
+
+/// A soft ball on a block a million times as stiff.
+VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("stiffness_ratio_1e6", dimension, scheme);
+  c.expect = "the ball bounces: energy at most the tolerance of the start's, momentum to rounding";
+  c.tolerance = 1.02;
+  c.source = "numerics 7.10";
+  c.run = [=] {
+    Scene scene = open_scene(dimension, 1, 0.05);
+    if (dimension == 3) scene.options.cell = 0.1;
+    apply(scheme, scene.options);
+    Material gel = kJelly, rock = kJelly;
+    gel.young = 1e3, rock.young = 1e9;
+    scene.bodies = {ball(corner(dimension, 0.35, 0.5), 0.12, gel), block(corner(dimension, 0.6, 0.4), corner(dimension, 0.7, 0.6), rock)};
+    scene.bodies[0].velocity = {1, 0, 0};
+    const Course course = follow(scene, {.fps = 50, .frames = 12});
+    const double off = (course.end().linear_momentum - course.start().linear_momentum).norm() / course.start().linear_momentum.norm();
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, momentum off by %.1e, %lld steps", course.largest_energy(), off, static_cast<long long>(course.sum(&Totals::substeps))));
+    if (off > (scheme.precision == kDouble ? 1e-10 : 1e-4)) found.broken.push_back("momentum drifts");
+    if (course.end().kinetic_energy > 0.95 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
+    return found;
+  };
+  return c;
+}
+
+/// Volumes of the particles' cells near the middle of a settled heap would need its surface; its height does: sand as wide as its box.
+VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("shaken_sand", dimension, scheme);
+  c.expect = "sand that flies apart and falls back fills at most the tolerance of its volume";
+  c.tolerance = 1.03;
+  c.source = "numerics 7.12; Tampubolon17";
+  c.run = [=] {
+    Scene scene = walled_scene(dimension, 0.4, dimension == 2 ? 0.02 : 0.04);
+    apply(scheme, scene.options);
+    for (int a = 0; a < dimension - 1; ++a) scene.options.boundary[std::size_t(a)] = {Side::slip, Side::slip};
+    scene.options.domain.upper = dimension == 2 ? base::Vec3(0.2, 0.8, 0) : base::Vec3(0.2, 0.2, 0.8);
+    scene.bodies = {block({0, 0, 0}, dimension == 2 ? base::Vec3(0.2, 0.2, 0) : base::Vec3(0.2, 0.2, 0.2), preset_material("dry_sand"))};
+    add_gravity(scene);
+    const int up = dimension - 1;
+    const auto width = std::int64_t(reals(make_simulation(scene, 24)->state(), "coefficients").size() / std::size_t(make_simulation(scene, 24)->totals().particles));
+    const std::vector<double> heights = [&] {
+      std::vector<double> y;
+      for (const auto& x : make_simulation(scene, 24)->frame().position) y.push_back(x[up]);
+      return y;
+    }();
+    double mean_then = 0, mean_most = 0;
+    for (const double y : heights) mean_then += y / double(heights.size());
+    const auto mean_height = [&](const Simulation& s) {
+      double mean = 0;
+      const Frame f = s.frame();
+      for (const auto& x : f.position) mean += double(x[up]) / double(f.position.size());
+      return mean;
+    };
+    const Course course = follow(scene, {.fps = 24, .frames = 36, .prepare = [&](State& s) {
+      edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) {   // upwards, the higher the faster
+        v[up * width / dimension] = 6 * heights[std::size_t(row)];
+      });
+    }, .see = [&](const Simulation& s) { mean_most = std::max(mean_most, mean_height(s)); }});
+    const double bulk = mean_height(*course.simulation) / mean_then;
+    CaseOutcome found = report(course, bulk, say("its middle %.3f as high as at first, %.2f in between", bulk, mean_most / mean_then));
+    if (mean_most < 1.15 * mean_then) found.broken.push_back("it did not fly");
+    return found;
+  };
+  return c;
+}
+
+}  // namespace
+
+void add_solid_cases(std::vector<VerifyCase>& all) {
+  using enum Transfer;
+  using enum Elasticity;
+  constexpr Kernel kQuadratic = Kernel::quadratic;
+  const Scheme exact{apic}, rough{apic, 0, kQuadratic, Carry::fixed, kSingle}, full{polypic, 0, kQuadratic, Carry::hybrid}, rough_full{polypic, 0, kQuadratic, Carry::hybrid, kSingle},
+      rough_limited{polypic, 0, kQuadratic, Carry::limited, kSingle};
+  all.push_back(degenerate("zero", 3, rough, fixed_corotated, {0, 0, 0}));
+  all.push_back(degenerate("zero", 2, full, hencky, {0, 0}));
+  all.push_back(degenerate("rank1", 2, rough_full, neo_hookean, {1, 0}));
+  all.push_back(degenerate("rank1", 3, exact, fixed_corotated, {1, 0, 0}));
+  all.push_back(degenerate("rank2", 3, rough_limited, hencky, {0.9, 0.9, 0}));
+  all.push_back(degenerate("inside_out", 2, rough, fixed_corotated, {-0.8, 0.9}));
+  all.push_back(degenerate("inside_out", 3, full, neo_hookean, {-0.8, 0.9, 1}));
+  all.push_back(degenerate("equal_stretches", 3, rough_full, hencky, {0.8, 0.8, 0.8}));
+  all.push_back(crushed(3, rough, fixed_corotated, 0.3));
+  all.push_back(crushed(2, full, neo_hookean, 0.3));
+  all.push_back(crushed(3, rough_full, hencky, 0.6));
+  all.push_back(impact(2, full));
+  all.push_back(impact(2, rough));
+  all.push_back(impact(3, rough_full));
+  all.push_back(translation(2, exact));
+  all.push_back(translation(2, full));
+  all.push_back(translation(2, rough_limited));
+  all.push_back(translation(3, full));
+  all.push_back(coincident(2, exact));
+  all.push_back(coincident(3, full));
+  all.push_back(hardening(2, exact));
+  all.push_back(hardening(3, rough_full));
+  all.push_back(stiffness_ratio(2, full));
+  all.push_back(stiffness_ratio(3, rough));
+  all.push_back(shaken_sand(2, exact));
+  all.push_back(shaken_sand(3, rough_full));
+}
+
+}  // namespace sim::verify
