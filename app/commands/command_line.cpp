@@ -112,6 +112,15 @@ void add_cost_options(CLI::App& command, Request& request, Words& words) {
   command.add_flag("--quiet", request.quiet);
 }
 
+void add_verify_options(CLI::App& command, Request& request, Words& words) {
+  command.add_option("CASE", request.subjects)->expected(0, -1);
+  command.add_flag("--quick", request.quick);
+  command.add_flag("--list", request.listing);
+  command.add_option("--threads", words.threads);
+  command.add_option("--out", words.out);
+  command.add_flag("--quiet", request.quiet);
+}
+
 void add_options(CLI::App& command, const std::string& name, Request& request, Words& words) {
   command.set_help_flag("-h,--help");
   command.add_flag("--json", request.json);
@@ -120,6 +129,7 @@ void add_options(CLI::App& command, const std::string& name, Request& request, W
   else if (name == "diff") add_diff_options(command, request, words);
   else if (name == "sheet") add_sheet_options(command, request, words);
   else if (name == "cost") add_cost_options(command, request, words);
+  else if (name == "verify") add_verify_options(command, request, words);
   else if (name == "params") {
     command.add_option("TOPIC", request.subject);
     command.add_flag("--example", request.example);

@@ -21,6 +21,7 @@ base::Exit carry_out(const Request& request) {
   else if (request.command == "plan") plan(request);
   else if (request.command == "diff") return diff(request) ? base::Exit::done : base::Exit::answer_is_no;
   else if (request.command == "cost") return cost(request) ? base::Exit::done : base::Exit::answer_is_no;
+  else if (request.command == "verify") return verify(request) ? base::Exit::done : base::Exit::answer_is_no;
   else if (request.command == "sheet") sheet(request);
   else if (request.command == "params") params(request);
   else film(request);

@@ -18,6 +18,8 @@ bool diff(const Request&);
 bool cost(const Request&);
 /// Runs or pictures on one sheet.
 void sheet(const Request&);
+/// Runs hard cases and writes a report. False when one fails.
+bool verify(const Request&);
 /// The keys of a shot file.
 void params(const Request&);
 

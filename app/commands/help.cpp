@@ -22,6 +22,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic sheet RUN...     pictures of several runs side by side, with labels
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
+  polypic verify [CASE...] hard cases, and whether what must hold does
 
 SHOT is a TOML file, or the name of a shot in the list. polypic COMMAND --help says more.
 
@@ -139,6 +140,21 @@ every run has them, else the film's pictures. PNG files instead of runs are labe
   --json              {file, width, height, labels}
 
   polypic sheet out/pic out/apic out/polypic --frames 24 --out compared.png
+)"},
+    {"verify", R"(polypic verify [CASE...] [options]     hard cases of the method: exit code 0 when all pass, 6 when one does not
+
+CASE is a name, its beginning up to a slash ("dam_break", "spinning_disk/2d"), or a pattern: "still_water*", "*/polypic27/*". Every case says
+what must hold, to what tolerance and who says so; one that must fail passes when it fails as said. docs/stability.md lists them all.
+
+  --quick             without the few that take longer than seconds
+  --list              names and expectations, and nothing is run
+  --out DIR           for report.html (table, energy curves, pictures) and verify.json (default: out/verify)
+  --threads N         default: all cores; several cases run at a time
+  --quiet             no line a case
+  --json              {cases: [{name, dimension, transfer, kernel, integrator, expect, outcome, value, tolerance, source, passed}], passed, failed}
+
+  polypic verify --quick
+  polypic verify dam_break "spinning_*" --out out/some
 )"},
     {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
 

@@ -22,7 +22,8 @@ struct Request {
   std::optional<int> repeats;       // cost: runs of each variant
   bool single = false;              // cost: a problem, once, here
   std::string line;                 // the command line, as a shell takes it
-  std::vector<std::string> subjects;   // sheet: runs or pictures
+  bool quick = false, listing = false;   // verify: without the long cases; names only
+  std::vector<std::string> subjects;   // sheet: runs or pictures; verify: cases
   std::string other;                // diff: the second file
   double fail = 0, fail_percent = 0;
   std::string text;                 // --help and --version: what to print, and nothing else to do

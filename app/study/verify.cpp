@@ -1,0 +1,139 @@
+#include "app/study/verify.h"
+
+#include <tbb/parallel_for_each.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/stages/interrupt.h"
+#include "app/stages/stopwatch.h"
+#include "app/study/verify_files.h"
+#include "base/error.h"
+#include "base/text.h"
+
+namespace app {
+namespace {
+
+/// `pattern` with * for any letters and ? for one.
+bool matches(std::string_view text, std::string_view pattern) {
+  if (pattern.empty()) return text.empty();
+  if (pattern.front() == '*') return matches(text, pattern.substr(1)) || (!text.empty() && matches(text.substr(1), pattern));
+  return !text.empty() && (pattern.front() == '?' || pattern.front() == text.front()) && matches(text.substr(1), pattern.substr(1));
+}
+
+bool is_meant(const sim::VerifyCase& c, const std::string& pattern) {
+  return matches(c.name, pattern) || c.name.starts_with(pattern.ends_with('/') ? pattern : pattern + "/");
+}
+
+/// Names, and their beginnings up to each slash.
+std::string nearest_name(const std::string& pattern, const std::vector<sim::VerifyCase>& all) {
+  std::vector<std::string> names;
+  for (const sim::VerifyCase& c : all)
+    for (std::size_t end = c.name.find('/');; end = c.name.find('/', end + 1)) {
+      const std::string part = c.name.substr(0, end);
+      if (std::find(names.begin(), names.end(), part) == names.end()) names.push_back(part);
+      if (end == std::string::npos) break;
+    }
+  return base::nearest_word(pattern, names);
+}
+
+Verdict judge(const sim::VerifyCase& c) {
+  Verdict v;
+  v.what = c;
+  const Stopwatch watch;
+  try {
+    v.found = c.run();
+    v.passed = sim::passes(c, v.found);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& e) {
+    v.found.outcome = "ended early";
+    v.found.broken.push_back(e.what());
+  }
+  if (!std::isfinite(v.found.value)) v.found.broken.push_back("what it measures is not finite"), v.passed = false;
+  v.seconds = watch.seconds();
+  return v;
+}
+
+std::string line_of(const Verdict& v) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%s  %6.1f s  %-64s ", v.passed ? "ok  " : "FAIL", v.seconds, v.what.name.c_str());
+  std::string line = text + v.found.outcome;
+  for (const std::string& b : v.found.broken) line += "; " + b;
+  return line;
+}
+
+}  // namespace
+
+std::vector<sim::VerifyCase> all_verify_cases() {
+  std::vector<sim::VerifyCase> all = sim::verify_cases();
+  for (sim::VerifyCase& c : file_cases()) all.push_back(std::move(c));
+  return all;
+}
+
+std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, const std::vector<std::string>& patterns, bool quick) {
+  for (const std::string& pattern : patterns) {
+    const auto meant = [&](const sim::VerifyCase& c) { return is_meant(c, pattern); };
+    if (std::any_of(all.begin(), all.end(), meant)) continue;
+    const std::string nearest = nearest_name(pattern, all);
+    throw base::Error({.file = pattern, .hint = nearest.empty() ? "polypic verify --list shows all" : "did you mean " + nearest + "?", .message = "no such case"});
+  }
+  std::erase_if(all, [&](const sim::VerifyCase& c) {
+    const bool meant = patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) { return is_meant(c, p); });
+    return !meant || (quick && !c.is_quick);
+  });
+  return all;
+}
+
+std::vector<Verdict> run_cases(const std::vector<sim::VerifyCase>& cases, base::Progress& progress) {
+  std::vector<std::optional<Verdict>> found(cases.size());
+  std::vector<std::size_t> order(cases.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !cases[i].is_quick; });   // the long ones first, so that none is left over alone
+  std::mutex printing;
+  tbb::parallel_for_each(order.begin(), order.end(), [&](std::size_t i) {
+    if (signal_came()) return;
+    found[i] = judge(cases[i]);
+    const std::lock_guard<std::mutex> one_line(printing);
+    progress.line(line_of(*found[i]));
+  });
+  stop_if_signalled();
+  std::vector<Verdict> all;
+  for (auto& v : found) all.push_back(std::move(*v));
+  return all;
+}
+
+nlohmann::ordered_json verdicts_json(const std::vector<Verdict>& all) {
+  nlohmann::ordered_json cases = nlohmann::ordered_json::array(), missing = nlohmann::ordered_json::array();
+  std::int64_t passed = 0;
+  for (const Verdict& v : all) {
+    std::string outcome = v.found.outcome;
+    for (const std::string& b : v.found.broken) outcome += "; " + b;
+    nlohmann::ordered_json c = {{"name", v.what.name},     {"dimension", v.what.dimension}, {"transfer", v.what.transfer}, {"kernel", v.what.kernel},
+                                {"integrator", v.what.integrator}, {"expect", v.what.expect},       {"outcome", outcome}};
+    if (std::isfinite(v.found.value)) c["value"] = v.found.value;
+    c["tolerance"] = v.what.tolerance, c["source"] = v.what.source, c["passed"] = v.passed, c["seconds"] = v.seconds;
+    cases.push_back(std::move(c));
+    passed += v.passed;
+  }
+  for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({{"name", c.name}, {"needs", c.needs}, {"source", c.source}});
+  return {{"schema", 1}, {"cases", cases}, {"passed", passed}, {"failed", std::int64_t(all.size()) - passed}, {"not_built", missing}};
+}
+
+std::string verdicts_text(const std::vector<Verdict>& all) {
+  std::string text;
+  std::int64_t passed = 0;
+  for (const Verdict& v : all) passed += v.passed;
+  for (const Verdict& v : all)
+    if (!v.passed) text += line_of(v) + "\n      expected: " + v.what.expect + "; " + v.what.source + "\n";
+  char counts[200];
+  std::snprintf(counts, sizeof counts, "%zu cases: %lld passed, %lld failed; not built, and counted apart: %zu\n", all.size(), static_cast<long long>(passed),
+                static_cast<long long>(std::int64_t(all.size()) - passed), sim::cases_not_built().size());
+  return text + counts;
+}
+
+}  // namespace app
