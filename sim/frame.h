@@ -49,7 +49,14 @@ struct Totals {
   std::optional<double> imbalance;        // [1/s] largest mean outflow that no pressure of a pocket without air could balance, since the frame before
   EnergyChanges energy_changes;           // [J] by stage, since the frame before; empty unless sim.audit
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
+  std::int64_t retries = 0;               // times that the watch had the frame done again
+  double collider_work = 0;               // [J] what moving colliders did on a liquid, since the frame before
+  double gravity_work = 0;                // [J] what gravity did along periodic axes, where no potential energy stands for it, since the frame before
+  double largest_coefficient = 0;         // [m/s] of any particle and mode
+  double largest_cfl = 0;                 // [cells] that the fastest particle crossed in a step, since the frame before
+  std::int64_t steps_by_impact = 0;       // steps of a liquid cut because the pressure made it faster than expected, since the frame before
   // Of solids, since the frame before:
+  std::optional<double> least_volume, most_volume;   // [1] smallest and largest elastic volume ratio J, at the last step
   std::int64_t held_strains = 0;          // particle steps in which a law met the end of its range
   std::int64_t steps_by_sound = 0, steps_by_loose = 0, steps_by_motion = 0;   // what set the length of steps; the rest ended the frame
   double shortest_step = 0;               // [s]

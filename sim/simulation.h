@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 
+#include "base/error.h"
 #include "base/ledger.h"
 #include "sim/frame.h"
 #include "sim/scene.h"
@@ -10,9 +11,19 @@
 
 namespace sim {
 
+/// How a frame that went wrong is done again (sim/watch.h).
+struct Restraint {
+  int halvings = 0;   // of steps
+  int modes = 0;      // 1: nothing reflects, and a solid's carry is the next stricter one, fixed -> hybrid -> limited; 2: limited, and modes with a g factor
+                      // are dropped beside light nodes, and at the frame's start where a coefficient is above the fastest particle's speed
+  int body = -1;      // whose carry: its number in the scene; -1: all bodies'
+};
+
 class Simulation {
  public:
   virtual ~Simulation() = default;
+  /// For the frames from here on.
+  virtual void restrain(const Restraint&) = 0;
   /// Goes on to the next frame (1/fps later) in as many sub-steps as stability asks. Costs go to `ledger`.
   /// Throws base::Error with Exit::unstable naming pass, place and cause. Between sub-steps `interrupted` is asked; when it says
   /// true the call returns false and the simulation stands between frames.

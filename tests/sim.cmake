@@ -20,6 +20,7 @@ if(NOT POLYPIC_SANITIZE)   # it counts the heap, which a sanitizer keeps for its
 endif()
 polypic_test(plan_activity LABEL fast LINK polypic_sim)
 polypic_test(checkpoint LABEL fast LINK polypic_sim)
+polypic_test(watch LABEL fast LINK polypic_sim)
 polypic_test(transfer_taylor_green LABEL slow LINK polypic_sim)
 polypic_test(fluid_sides LABEL fast LINK polypic_sim)
 polypic_test(fluid_pressure LABEL fast LINK polypic_sim)

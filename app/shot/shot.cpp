@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <map>
 
 #include "app/shot/layers.h"
@@ -10,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "base/checksum.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "render/mesh_file.h"
 
 namespace app {
@@ -197,6 +199,13 @@ void Shot::params(base::Params& p) {
   p.require(up.empty() || up == (flat ? "y" : "z"), "shot.up", flat ? "must be \"y\" in two dimensions" : "must be \"z\"");
   if (flat) p.without("surface", "has no effect in two dimensions: points are drawn as they are");
   else p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
+  if (!flat && surface.voxel) {
+    // Coarser ones lose drops between their corners; finer ones show the particles and take the third power of memory.
+    constexpr double kFinest = 1.0 / 32, kCoarsest = 2;
+    const double cells = *surface.voxel / scene.options.cell;
+    p.require(cells >= kFinest * (1 - 1e-9) && cells <= kCoarsest * (1 + 1e-9), "surface.voxel",
+              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) + " m; must be between 1/32 and 2 of it");
+  }
   render.params(p);
 
   const sim::Write& write = scene.options.write;

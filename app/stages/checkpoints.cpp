@@ -31,25 +31,24 @@ void Checkpoints::prune() const {
   for (const std::int64_t frame : frames) fs::remove(folder_.checkpoint(frame), none);
 }
 
-std::optional<sim::State> Checkpoints::restore(sim::Simulation& simulation, std::int64_t above, std::int64_t below) const {
+void Checkpoints::restore(sim::Watch& watch, std::int64_t above, std::int64_t below) const {
   std::vector<std::int64_t> frames = folder_.checkpoints();
   std::reverse(frames.begin(), frames.end());
   for (const std::int64_t frame : frames) {
     if (frame >= below) continue;
     if (frame <= above) break;
     try {
-      sim::State state = restore_one(simulation, frame);
+      restore_one(watch, frame);
       progress_.line("from   " + folder_.checkpoint(frame).lexically_relative(folder_.root()).string());
-      return state;
+      return;
     } catch (const base::Error& e) {
       if (e.complaint().code == base::Exit::io) throw;
       put_aside(frame, e.complaint().message);
     }
   }
-  return {};
 }
 
-sim::State Checkpoints::restore_one(sim::Simulation& simulation, std::int64_t frame) const {
+void Checkpoints::restore_one(sim::Watch& watch, std::int64_t frame) const {
   const fs::path file = folder_.checkpoint(frame);
   sim::Checkpoint checkpoint = sim::read_checkpoint(file);
   const auto refuse = [&](const std::string& why) { base::throw_input(file.string(), why); };
@@ -58,9 +57,11 @@ sim::State Checkpoints::restore_one(sim::Simulation& simulation, std::int64_t fr
   if (checkpoint.state.frame != frame) refuse("is of frame " + std::to_string(checkpoint.state.frame));
   const auto record = read_record(folder_, Stage::simulate, frame);
   if (!record || record->hash != hash_) refuse("belongs to a frame that is not finished");
-  simulation.restore(checkpoint.state);
-  if (simulation.totals().state_hash != record->totals->state_hash) refuse("is not the state that the frame's record tells of");
-  return std::move(checkpoint.state);
+  const sim::State before = watch.state();
+  watch.restore(checkpoint.state);
+  if (watch.totals().state_hash == record->totals->state_hash) return;
+  watch.restore(before);
+  refuse("is not the state that the frame's record tells of");
 }
 
 bool Checkpoints::has(std::int64_t frame) const {

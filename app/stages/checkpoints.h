@@ -9,7 +9,7 @@
 #include "app/stages/folder.h"
 #include "base/ledger.h"
 #include "base/progress.h"
-#include "sim/simulation.h"
+#include "sim/watch.h"
 
 namespace app {
 
@@ -20,13 +20,13 @@ class Checkpoints {
   void write(const sim::State&, base::Ledger&) const;
   /// Removes all but the latest.
   void prune() const;
-  /// Takes `simulation` to the latest frame in `above` < frame < `below` that has a good checkpoint: whole, of these keys and this
-  /// program, fitting the scene, with the state that the frame's record tells of. Returns its state; empty when there is none.
-  std::optional<sim::State> restore(sim::Simulation&, std::int64_t above, std::int64_t below) const;
+  /// Takes a simulation to the latest frame in `above` < frame < `below` that has a good checkpoint: whole, of these keys and this
+  /// program, fitting the scene, with the state that the frame's record tells of. Leaves it where it is when there is none.
+  void restore(sim::Watch&, std::int64_t above, std::int64_t below) const;
   bool has(std::int64_t frame) const;
 
  private:
-  sim::State restore_one(sim::Simulation&, std::int64_t frame) const;
+  void restore_one(sim::Watch&, std::int64_t frame) const;
   void put_aside(std::int64_t frame, const std::string& why) const;
 
   const Folder& folder_;

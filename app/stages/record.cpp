@@ -39,7 +39,9 @@ constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"p
                                                                             {"held_strains", &sim::Totals::held_strains},
                                                                             {"steps_by_sound", &sim::Totals::steps_by_sound},
                                                                             {"steps_by_loose", &sim::Totals::steps_by_loose},
-                                                                            {"steps_by_motion", &sim::Totals::steps_by_motion}};
+                                                                            {"steps_by_motion", &sim::Totals::steps_by_motion},
+                                                                            {"steps_by_impact", &sim::Totals::steps_by_impact},
+                                                                            {"retries", &sim::Totals::retries}};
 
 // The sums of a frame under the names of run.json.
 void put_totals(const sim::Totals& totals, Json& out) {
@@ -56,6 +58,11 @@ void put_totals(const sim::Totals& totals, Json& out) {
   put("max_speed", totals.max_speed);
   if (totals.elastic_energy) put("shortest_step", totals.shortest_step);
   else put("max_divergence", totals.max_divergence);
+  if (totals.least_volume) put("least_volume", *totals.least_volume), put("most_volume", *totals.most_volume);
+  put("largest_coefficient", totals.largest_coefficient);
+  put("largest_cfl", totals.largest_cfl);
+  put("collider_work", totals.collider_work);
+  put("gravity_work", totals.gravity_work);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   if (totals.imbalance) put("imbalance", *totals.imbalance);
   for (const auto& [stage, change] : totals.energy_changes) out["energy_changes"][stage] = finite(change, stage);
@@ -76,12 +83,17 @@ sim::Totals totals_from(const Json& json) {
   totals.max_speed = json.at("max_speed");
   if (json.contains("elastic_energy")) totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
   else totals.max_divergence = json.at("max_divergence");
+  if (json.contains("least_volume")) totals.least_volume = json.at("least_volume").get<double>(), totals.most_volume = json.at("most_volume").get<double>();
+  totals.largest_coefficient = json.value("largest_coefficient", 0.0);   // of records of before the watch there are none of these
+  totals.largest_cfl = json.value("largest_cfl", 0.0);
+  totals.collider_work = json.value("collider_work", 0.0);
+  totals.gravity_work = json.value("gravity_work", 0.0);
   if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
   if (json.contains("energy_changes"))
     for (const auto& [pass, change] : json.at("energy_changes").items()) totals.energy_changes[pass] = change;
   if (json.contains("imbalance")) totals.imbalance = json.at("imbalance").get<double>();
   totals.state_hash = std::stoull(json.at("state_hash").get<std::string>(), nullptr, 16);
-  for (const auto& [name, count] : kCounters) totals.*count = json.at(name);
+  for (const auto& [name, count] : kCounters) totals.*count = json.value(name, std::int64_t{0});
   return totals;
 }
 

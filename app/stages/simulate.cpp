@@ -16,30 +16,29 @@ namespace app {
 
 PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::vector<std::int64_t> missing, base::Progress& progress)
     : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)), checkpoints_(folder, hash_, shot.checkpoint_keep, progress) {
-  if (!missing_.empty()) simulation_ = sim::make_simulation(shot.scene, shot.fps);
+  if (!missing_.empty()) watch_ = std::make_unique<sim::Watch>(shot.scene, shot.fps);
 }
 
 bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_search(missing_.begin(), missing_.end(), frame); }
 
 double PointsMaker::make(std::int64_t frame) {
-  assert(is_missing(frame) && reached_.frame <= frame);
+  assert(is_missing(frame) && watch_->state().frame <= frame);
   const Stopwatch watch;
   base::Ledger ledger(plan_of(shot_, Stage::simulate));
-  if (auto state = checkpoints_.restore(*simulation_, reached_.frame, frame)) reached_ = std::move(*state);
-  while (reached_.frame < frame) {
+  checkpoints_.restore(*watch_, watch_->state().frame, frame);
+  while (watch_->state().frame < frame) {
     ledger.clear();
     advance(ledger);
     check_repeats();
   }
-  const sim::Totals totals = simulation_->totals();
+  const sim::Totals totals = watch_->totals();
   const std::filesystem::path points = folder_.points(frame);
   Folder::make_room_for(points);
-  if (reached_.columns.empty()) reached_ = simulation_->state();   // nothing has moved yet
-  const sim::Column* const id = reached_.find("id");
-  for (const sim::Column& column : reached_.columns)
-    if (id && column.rows == id->rows) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
-  surface::write_points(points, simulation_->frame(), ledger);
-  if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(reached_, ledger);
+  const sim::Column* const id = watch_->state().find("id");
+  for (const sim::Column& column : watch_->state().columns)
+    if (id && column.rows == id->rows && column.name != "watch") ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
+  surface::write_points(points, watch_->simulation().frame(), ledger);
+  if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(watch_->state(), ledger);
   write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},
                                                         .seconds = watch.seconds(), .cpu_seconds = watch.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
   checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
@@ -48,7 +47,7 @@ double PointsMaker::make(std::int64_t frame) {
 
 void PointsMaker::advance(base::Ledger& ledger) {
   try {
-    if (!simulation_->advance(ledger, signal_came)) stop_if_signalled();
+    if (!watch_->advance(ledger, signal_came)) stop_if_signalled();
   } catch (const base::Error& e) {
     if (e.complaint().code != base::Exit::unstable) throw;
     base::Complaint complaint = e.complaint();
@@ -56,23 +55,24 @@ void PointsMaker::advance(base::Ledger& ledger) {
     if (!saved.empty()) complaint.hint += (complaint.hint.empty() ? "" : "; ") + std::string("the last good state is in ") + saved.string();
     throw base::Error(std::move(complaint));
   }
-  reached_ = simulation_->state();
 }
 
 std::filesystem::path PointsMaker::save() const {
-  if (reached_.frame == 1) return {};
+  if (!watch_) return {};
+  const sim::State& reached = watch_->state();
+  if (reached.frame == 1) return {};
   base::Ledger unused;
-  if (!checkpoints_.has(reached_.frame)) checkpoints_.write(reached_, unused);
+  if (!checkpoints_.has(reached.frame)) checkpoints_.write(reached, unused);
   checkpoints_.prune();
-  return folder_.checkpoint(reached_.frame);
+  return folder_.checkpoint(reached.frame);
 }
 
 // Points of another machine or program must not be mixed with new ones.
 void PointsMaker::check_repeats() const {
-  const auto kept = read_record(folder_, Stage::simulate, reached_.frame);
-  if (!kept || kept->hash != hash_ || kept->totals->state_hash == simulation_->totals().state_hash) return;
+  const auto kept = read_record(folder_, Stage::simulate, watch_->state().frame);
+  if (!kept || kept->hash != hash_ || kept->totals->state_hash == watch_->totals().state_hash) return;
   throw base::Error({.code = base::Exit::resume_refused,
-                     .file = folder_.points(reached_.frame).string(),
+                     .file = folder_.points(watch_->state().frame).string(),
                      .hint = "--restart or another --out goes on",
                      .message = "simulated again, the state differs from the one this file was made from"});
 }

@@ -8,7 +8,7 @@
 #include "app/shot/shot.h"
 #include "app/stages/checkpoints.h"
 #include "app/stages/folder.h"
-#include "sim/simulation.h"
+#include "sim/watch.h"
 
 namespace app {
 
@@ -34,8 +34,7 @@ class PointsMaker {
   std::string hash_;
   std::vector<std::int64_t> missing_;
   Checkpoints checkpoints_;
-  std::unique_ptr<sim::Simulation> simulation_;
-  sim::State reached_;   // a whole frame: an interrupted simulation stands between two
+  std::unique_ptr<sim::Watch> watch_;   // what it has reached is a whole frame: an interrupted simulation stands between two
 };
 
 }  // namespace app

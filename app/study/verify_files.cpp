@@ -113,8 +113,8 @@ std::vector<Nonsense> nonsense() {
            "solids need the quadratic kernel", "", "numerics 4"},
           {"limited_carry_with_linear_kernel", water + "[sim]\nkernel = \"linear\"\ncarry = \"limited\"\n", "carry", "", "numerics 4"},
           {"voxel_zero", water + "[surface]\nvoxel = 0\n", "surface.voxel = 0 m: must be above 0"},
-          {"voxel_too_fine", water + "[surface]\nvoxel = 1e-9\n", "surface.voxel"},
-          {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n", "surface.voxel"}};
+          {"voxel_too_fine", water + "[surface]\nvoxel = 1e-9\n", "surface.voxel = 1e-09 m: is 0 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"},
+          {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n", "surface.voxel = 0.5 m: is 25 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"}};
 }
 
 /// Frames 2 ... `frames` of a shipped shot, coarse, on a number of threads; with `restarts`, each from a checkpoint file of the frame before.

@@ -15,6 +15,7 @@
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
 #include "sim/transfer/particle_state.h"
+#include "sim/watch.h"
 
 namespace sim {
 namespace {
@@ -65,7 +66,7 @@ class Liquid final : public Simulation {
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
     step_.clear_counts();
-    substeps_ = 0, splitting_fallbacks_ = 0;
+    clear_counts();
     for (double left = 1 / fps_; left > 0;) {
       if (interrupted && interrupted()) return false;
       left -= step(left, ledger);
@@ -76,12 +77,18 @@ class Liquid final : public Simulation {
     return true;
   }
 
+  void restrain(const Restraint& restraint) override { restraint_ = restraint; }
   Frame frame() const override;
   Totals totals() const override;
   State state() const override;
   void restore(const State&) override;
 
  private:
+  /// Of the fastest particle [m/s], and the sum of their velocities [m/s].
+  struct Motion {
+    double speed = 0;
+    base::Vec3 momentum = base::Vec3::Zero();
+  };
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
 
   double time() const { return double(frame_ - 1) / fps_; }   // [s] of the frame
@@ -90,14 +97,16 @@ class Liquid final : public Simulation {
 
   /// One step of at most `left` [s]; returns its length.
   double step(double left, base::Ledger& ledger) {
-    const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects();
+    const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
     step_.scatter(particles_, ledger);
-    double dt = first_guess(left);
+    const Motion motion = motion_of_particles();
+    check_momentum(motion);
+    double dt = first_guess(left, motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     if (reflects) {
       const double half = project(dt / 2, ledger);
-      watch_.add_work(2 * solid_work());   // the particles get the pressure twice
+      add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half), particles_, ledger);
       solids_.move_to(start + half);
       step_.move(half, particles_, ledger);
@@ -109,7 +118,11 @@ class Liquid final : public Simulation {
       dt = project(dt, ledger);
       finish(dt, start + dt, ledger);
     }
-    watch_.add_work(solid_work());
+    add_work(solid_work());
+    for (int a = 0; a < D; ++a)
+      if (options_.periodic(a)) gravity_work_ += dt * gravity_[a] * particles_.mass * (motion.momentum[a] + 0.5 * dt * gravity_[a] * double(particles_.size()));
+    largest_cfl_ = std::max(largest_cfl_, motion.speed * dt / options_.cell);
+    steps_by_motion_ += dt < left;
     ++substeps_;
     if (options_.splitting == Splitting::reflection) {
       watch_.see(energy());
@@ -142,14 +155,47 @@ class Liquid final : public Simulation {
   double project(double dt, base::Ledger& ledger) {
     while (step_.project(dt, gravity_, ledger) * dt > 2 * options_.cfl * options_.cell) {
       dt /= 2;
+      ++steps_by_impact_;
       if (dt < kShortestStep / fps_) throw_collapse("the pressure of an impact", dt);
     }
     return dt;
   }
 
   [[noreturn]] void throw_collapse(const char* cause, double dt) const {
-    throw base::Error({.code = base::Exit::unstable, .hint = "raise sim.cfl or shot.fps, or take a coarser sim.cell",
-                       .message = fmt::format("frame {}: {} asks for a step of {:.3g} s, less than {:.1g} of a frame", frame_ + 1, cause, dt, kShortestStep)});
+    throw Unstable(frame_ + 1, {"step", fmt::format("{} asks for a step of {:.3g} s, less than {:.1g} of a frame", cause, dt, kShortestStep),
+                                "raise sim.cfl or shot.fps, or take a coarser sim.cell", -1});
+  }
+
+  /// The sums over faces after P2G are those over particles: weights sum to 1, and no mode but the constant has momentum.
+  void check_momentum(const Motion& particles) const {
+    constexpr double kRounding = sizeof(Real) == 4 ? 1e-4 : 1e-9;   // of sums of a million numbers and more
+    if (!std::isfinite(particles.momentum.sum())) {
+      for (std::size_t p = 0; p < particles_.size(); ++p)
+        if (!particles_.velocity(p).allFinite())
+          throw Unstable(frame_ + 1, {"finite", fmt::format("sort: particle {} at {} has no finite velocity", particles_.id[p], place_text(particles_.cell[p], particles_.place(p))), kSmallerSteps, -1});
+    }
+    const auto& grid = step_.scattered_sums();
+    for (int a = 0; a < D; ++a) {
+      const double count = double(particles_.size()), speed = std::max(particles.speed, 1e-30);
+      if (!(std::abs(grid.mass[a] - count) <= kRounding * count))
+        throw Unstable(frame_ + 1, {"mass", fmt::format("p2g: faces across axis {} hold the mass of {:.8g} particles, and there are {:.0f}", a, grid.mass[a], count), kFault, -1});
+      if (!(std::abs(grid.momentum[a] - particles.momentum[a]) <= kRounding * count * speed))
+        throw Unstable(frame_ + 1, {"momentum", fmt::format("p2g: along axis {} faces have {:.8g} kg m/s, particles {:.8g}", a, particles_.mass * grid.momentum[a], particles_.mass * particles.momentum[a]), kFault, -1});
+    }
+  }
+
+  std::string place_text(const Cell<D>& cell, const Vec<D, double>& place) const {
+    base::Vec3 x = options_.domain.lower;
+    x.template head<D>() += options_.cell * place;
+    std::string text = fmt::format("cell ({}", cell[0]);
+    for (int a = 1; a < D; ++a) text += fmt::format(", {}", cell[a]);
+    return text + fmt::format("), ({:.4g}, {:.4g}, {:.4g}) m,", x.x(), x.y(), x.z());
+  }
+
+  void add_work(double work) { watch_.add_work(work), collider_work_ += work; }
+  void clear_counts() {
+    substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
+    collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;
   }
 
   /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake.
@@ -163,8 +209,9 @@ class Liquid final : public Simulation {
   }
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
-  double first_guess(double left) const {
-    return longest_step(std::max(max_speed(), solids_.speed()), gravity_.norm(), options_.cfl * options_.cell, left);
+  double first_guess(double left, double speed) const {
+    const double part = 1.0 / (1 << restraint_.halvings);
+    return longest_step(std::max(speed, solids_.speed()), gravity_.norm(), part * options_.cfl * options_.cell, left);
   }
 
   GatherRule gather_rule(double dt) const {
@@ -175,18 +222,25 @@ class Liquid final : public Simulation {
     return {true, std::exp(-dt / time)};
   }
 
-  double max_speed() const {
-    return base::ordered_reduce(particles_.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
-      double most = 0;
-      for (std::size_t p = begin; p < end; ++p) most = std::max(most, particles_.velocity(p).template cast<double>().norm());
-      return most;
-    }, [](double a, double b) { return std::max(a, b); });
+  Motion motion_of_particles() const {
+    return base::ordered_reduce(particles_.size(), 16384, Motion{}, [&](std::size_t begin, std::size_t end) {
+      Motion sum;
+      for (std::size_t p = begin; p < end; ++p) {
+        const Vec<D, double> v = particles_.velocity(p).template cast<double>();
+        sum.speed = std::max(sum.speed, v.norm());
+        sum.momentum.template head<D>() += v;
+      }
+      return sum;
+    }, [](const Motion& a, const Motion& b) { return Motion{std::max(a.speed, b.speed), a.momentum + b.momentum}; });
   }
+  double max_speed() const { return motion_of_particles().speed; }
 
   /// From the domain's floor; without the part along periodic axes, which have none.
   double potential_energy() const { return sim::potential_energy(particles_, downhill(gravity_, options_), options_.cell); }
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
+  static constexpr const char* kSmallerSteps = "a smaller sim.cfl may help";
+  static constexpr const char* kFault = "this is a fault of the program";
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
   /// Only the inside can be corrected. What the cells beside the surface have too much, or too little, it makes up for: its aim follows the
   /// volume's drift with this part of the gain, and no farther than this.
@@ -202,7 +256,9 @@ class Liquid final : public Simulation {
   std::optional<double> drift_;       // [1] of volume, at the last step
   std::vector<float> pressure_;       // [Pa] of each particle at the frame; empty where nobody asks
   double aim_ = 1;                    // [1] density of the liquid's inside that the volume correction aims at, over the one seeded
-  std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0;
+  std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
+  double collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;   // since the frame before
+  Restraint restraint_;
 };
 
 template <int D, class Real>
@@ -254,6 +310,8 @@ Totals Liquid<D, Real>::totals() const {
   t.volume_drift = drift_;
   t.max_divergence = counts.max_divergence;
   t.energy_changes = step_.audit().changes();
+  t.collider_work = collider_work_, t.gravity_work = gravity_work_;
+  t.largest_cfl = largest_cfl_, t.steps_by_motion = steps_by_motion_, t.steps_by_impact = steps_by_impact_;
   const std::size_t n = particles_.size();
   t.time = time();
   t.particles = std::int64_t(n);
@@ -261,6 +319,7 @@ Totals Liquid<D, Real>::totals() const {
   t.volume = particle_volume_ * double(n);
   const auto sums = step_.transfer().sums(particles_, options_.cell);
   t.kinetic_energy = sums.kinetic_energy;
+  t.largest_coefficient = sums.largest_coefficient;
   t.linear_momentum = sums.linear_momentum;
   t.angular_momentum = sums.angular_momentum;
   t.potential_energy = potential_energy();
@@ -302,7 +361,7 @@ void Liquid<D, Real>::restore(const State& s) {
   frame_ = s.frame;
   solids_.move_to(time());
   step_.clear_counts();
-  substeps_ = 0, splitting_fallbacks_ = 0;
+  clear_counts();
   drift_.reset();
 }
 

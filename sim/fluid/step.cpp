@@ -64,9 +64,24 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     constexpr int kShallow = 2;
     for (int a = 0; a < D; ++a) {
       valid_[a].resize(blocks_.size());
-      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) valid_[a][i] = double(grid_.mass[a][i]) > kLightestNode;
-      });
+      struct Sums {
+        double mass = 0, momentum = 0;
+      };
+      const Sums sums = base::ordered_reduce(blocks_.size(), 65536, Sums{}, [&](std::size_t begin, std::size_t end) {
+        Sums s;
+        for (std::size_t first = begin; first < end; first += 64) {   // short sums in Real, as long as a row of lanes can add them
+          std::array<Real, 8> mass{}, momentum{};
+          const std::size_t last = std::min(end, first + 64);
+          for (std::size_t i = first; i < last; ++i) {
+            const Real m = grid_.mass[a][i];
+            valid_[a][i] = double(m) > kLightestNode;
+            mass[(i - first) % 8] += m, momentum[(i - first) % 8] += m * grid_.velocity[a][i];
+          }
+          for (std::size_t l = 0; l < 8; ++l) s.mass += double(mass[l]), s.momentum += double(momentum[l]);
+        }
+        return s;
+      }, [](const Sums& s, const Sums& t) { return Sums{s.mass + t.mass, s.momentum + t.momentum}; });
+      scattered_sums_.mass[a] = sums.mass, scattered_sums_.momentum[a] = sums.momentum;
     }
     extrapolate(grid_.velocity, valid_, blocks_, options_.transfer == Transfer::flip ? layers() : kShallow);
     scattered_ = grid_.velocity;

@@ -25,6 +25,11 @@ struct StepCounts {
   double max_divergence = 0;          // [1/s] left by the last projection
 };
 
+/// Over all faces, an axis each: masses [particles] and momenta [particles m/s].
+struct FaceSums {
+  base::Vec3 mass = base::Vec3::Zero(), momentum = base::Vec3::Zero();
+};
+
 template <int D, class Real>
 class FluidStep {
  public:
@@ -58,6 +63,8 @@ class FluidStep {
   /// Begins with a field that is known, valid everywhere on `blocks`.
   void set_velocity(const ActiveBlocks<D>& blocks, FaceField<D, Real> field);
   const MacTransfer<D, Real>& transfer() const { return transfer_; }
+  /// What the last `scatter` left on the faces.
+  const FaceSums& scattered_sums() const { return scattered_sums_; }
   const StepCounts& counts() const { return counts_; }
   /// Where the energy went since the counts were cleared; empty unless options say audit.
   const EnergyAudit& audit() const { return audit_; }
@@ -90,6 +97,7 @@ class FluidStep {
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
   FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects
   Vec<D, Real> force_ = Vec<D, Real>::Zero();   // [m/s] what forces added to it
+  FaceSums scattered_sums_;
   FaceMask<D> valid_;
   Departure<D, Real> departure_;      // empty unless the carry limits
   FaceField<D, Real> displacement_;   // [cells] of the volume correction

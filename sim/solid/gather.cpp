@@ -55,6 +55,7 @@ auto& numbers_of(Struct& s) {
 
 void StepLimits::take(const StepLimits& o) {
   wave_speed = std::max(wave_speed, o.wave_speed), loose_speed = std::max(loose_speed, o.loose_speed), speed = std::max(speed, o.speed);
+  least_volume = std::min(least_volume, o.least_volume), most_volume = std::max(most_volume, o.most_volume);
 }
 
 void SolidCounts::add(const SolidCounts& o) {
@@ -192,10 +193,29 @@ void BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
     for (std::size_t r = 1; r < coefficients.size(); ++r) {
       const unsigned bent = group.scheme.bent[r];
       if (bent == 0) continue;
-      if (drops) coefficients[r] = 0;
+      if (drops || (group.scheme.drops_beside_light && (flags_[p - begin_] & kBesideLight))) coefficients[r] = 0;
       else if (limits_it && factor[bent] < 1) coefficients[r] *= factor[bent], ++counts.limited_modes;
     }
   }
+}
+
+/// What they carry to the next step; those that were pushed have lost some of what they moved with.
+template <int D, class Real>
+void BlockGather<D, Real>::add_momentum(const Particles<D, Real>& particles, bool were_pushed) {
+  const std::size_t count = end_ - begin_;
+  Vec<D, double> sum = Vec<D, double>::Zero();
+  if (were_pushed) {
+    for (std::size_t p = begin_; p < end_; ++p) sum += particles.velocity(p).template cast<double>();
+  } else {
+    constexpr std::size_t kRow = 8 * D;   // eight particles at a time
+    std::array<Real, kRow> lanes{};
+    std::size_t k = 0;
+    for (; k + kRow <= D * count; k += kRow)
+      for (std::size_t l = 0; l < kRow; ++l) lanes[l] += velocity_[k + l];
+    for (std::size_t l = 0; k + l < D * count; ++l) lanes[l] += velocity_[k + l];
+    for (std::size_t l = 0; l < kRow; ++l) sum[Eigen::Index(l % D)] += double(lanes[l]);
+  }
+  limits.momentum.template head<D>() += sum;
 }
 
 /// Moves the particles with the grid. False, and none has moved, where one is not finite or goes too far.
@@ -236,6 +256,7 @@ bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
     fastest = std::max(fastest, square);
   }
   limits.speed = std::max(limits.speed, std::sqrt(double(fastest)));
+  add_momentum(particles, touches && !group.scheme.flip);
   return true;
 }
 
@@ -249,6 +270,7 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
   static_assert(sizeof(Deformation<Real, D>) == kStrain * sizeof(Real));
   const T scale = T(Real(dt_ / solids_.cell));
   T fastest = T(0), fastest_loose = T(0);   // stiffness [Pa]
+  T least_volume = constant<T>(1e30), most_volume = constant<T>(-1e30);   // J - 1
   std::array<Real, kStrain> no_strain{}, spare_strain;
   std::array<Real, kStress> spare_stress;
   for (std::size_t p = begin_; p < end_; p += W) {
@@ -275,8 +297,12 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
     const Response<T, D> r = law.template respond<T, D>(step, state);
 
     const Matrix<T, D> b = left_strain(state.gradient);
-    const auto stretched = either(largest_entry(b) > constant<T>(kStretched), volume_change(state.gradient) < constant<T>(kSquashed - 1));
-    const auto counts_here = first_lanes(used, T(0)), is_loose = either(flagged(&flags_[p - begin_], T(0)), stretched);
+    const T volume = volume_change(state.gradient);
+    const auto stretched = either(largest_entry(b) > constant<T>(kStretched), volume < constant<T>(kSquashed - 1));
+    const auto counts_here = first_lanes(used, T(0));
+    const T own = std::is_same_v<Law, Liquid> ? state.state : volume;   // a liquid's F is not kept
+    least_volume = smaller(least_volume, select(counts_here, own, least_volume)), most_volume = larger(most_volume, select(counts_here, own, most_volume));
+    const auto is_loose = either(flagged(&flags_[p - begin_], T(0)), stretched);
     fastest = larger(fastest, select(counts_here, r.stiffness, T(0)));
     fastest_loose = larger(fastest_loose, select(both(is_loose, counts_here), r.stiffness, T(0)));
     std::array<T, kStress> stress;
@@ -299,6 +325,8 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
       for (int l = 0; l < used; ++l) counts.held += lane(r.held, l);
   }
   for (int l = 0; l < W; ++l) {
+    limits.least_volume = std::min(limits.least_volume, 1 + double(lane(least_volume, l)));
+    limits.most_volume = std::max(limits.most_volume, 1 + double(lane(most_volume, l)));
     limits.wave_speed = std::max(limits.wave_speed, std::sqrt(double(lane(fastest, l)) / group.density));
     limits.loose_speed = std::max(limits.loose_speed, kLooseFactor * std::sqrt(double(lane(fastest_loose, l)) / group.density));
   }

@@ -31,6 +31,7 @@ struct Scheme {
   bool bends = false;              // any of them has
   bool flip = false;
   Carry carry = Carry::hybrid;     // fixed where no mode bends
+  bool drops_beside_light = false; // modes that bend are dropped where a node is light; of a frame that is done again
 
   Scheme() = default;
   explicit Scheme(const Options&);

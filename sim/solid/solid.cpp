@@ -11,6 +11,7 @@
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/particle_state.h"
+#include "sim/watch.h"
 
 namespace sim {
 namespace {
@@ -46,21 +47,31 @@ template <int D, class Real>
 class Solid final : public Simulation {
  public:
   Solid(const Scene& scene, double fps)
-      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+      : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
         groups_(seed_groups<D, Real>(scene, solids_)), step_(scene, solids_) {
     if (particles() == 0) throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     limits_ = limits_at_rest();
+    momentum_ = momentum_of_particles();
+    for (const auto& g : groups_) carries_.push_back(g.scheme.carry);
   }
 
   bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
     step_.clear_counts();
-    steps_ = {};
+    steps_ = {}, gravity_work_ = 0;
     for (double left = 1 / fps_; left > 0;) {
       if (interrupted && interrupted()) return false;
       const double dt = next_step(left);
       step_.scatter(dt, groups_, ledger);
       step_.update(dt, gravity_, ledger);
-      hold(step_.gather(dt, keep(dt), groups_, ledger));
+      check_grid();
+      add_gravity_work(dt);
+      steps_.largest_cfl = std::max(steps_.largest_cfl, limits_.speed * dt / options_.cell);
+      try {
+        hold(step_.gather(dt, keep(dt), groups_, ledger));
+      } catch (const LostParticle& lost) {
+        throw Unstable(frame_ + 1, {"motion", fmt::format("g2p: particle {} of body {}, {}, is not finite or crossed more than two cells in a step of {:.3g} s", lost.id, bodies_[lost.group], lost.place, dt),
+                                    "a smaller sim.sound_cfl or sim.cfl may help", int(lost.group)});
+      }
       ++steps_.all;
       left = dt >= left ? 0 : left - dt;
     }
@@ -68,6 +79,16 @@ class Solid final : public Simulation {
     return true;
   }
 
+  void restrain(const Restraint& restraint) override {
+    restraint_ = restraint;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const bool meant = restraint.modes > 0 && (restraint.body < 0 || restraint.body == int(g));
+      Scheme<D>& scheme = groups_[g].scheme;
+      scheme.carry = meant && scheme.bends ? (restraint.modes > 1 || carries_[g] == Carry::hybrid ? Carry::limited : Carry::hybrid) : carries_[g];
+      scheme.drops_beside_light = meant && restraint.modes > 1;
+      if (scheme.drops_beside_light) drop_wild_modes(groups_[g]);
+    }
+  }
   Frame frame() const override;
   Totals totals() const override;
   State state() const override;
@@ -78,6 +99,7 @@ class Solid final : public Simulation {
   struct Steps {
     std::int64_t all = 0, by_sound = 0, by_loose = 0, by_motion = 0;
     double shortest = 0;   // [s]
+    double largest_cfl = 0;
   };
 
   std::size_t particles() const {
@@ -105,10 +127,68 @@ class Solid final : public Simulation {
     return limits;
   }
 
+  /// Modes with a g factor may have coefficients without bound where they have no energy; what they do to light nodes has no bound either.
+  void drop_wild_modes(Group<D, Real>& group) const {
+    const auto most = Real(limits_.speed);
+    for (std::size_t p = 0; p < group.particles.size(); ++p) {
+      bool wild = false;
+      for (int a = 0; a < D; ++a)
+        for (std::size_t r = 0; r < group.scheme.bent.size(); ++r) wild = wild || (group.scheme.bent[r] != 0 && std::abs(group.particles.component(p, a)[r]) > most);
+      if (!wild) continue;
+      for (int a = 0; a < D; ++a)
+        for (std::size_t r = 0; r < group.scheme.bent.size(); ++r)
+          if (group.scheme.bent[r] != 0) group.particles.component(p, a)[r] = 0;
+    }
+  }
+
+  static std::vector<std::string> names_of(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const Body& b : scene.bodies) names.push_back(b.name);
+    return names;
+  }
+
+  base::Vec3 momentum_of_particles() const {   // [kg m/s]
+    base::Vec3 sum = base::Vec3::Zero();
+    for (const auto& g : groups_)
+      for (std::size_t p = 0; p < g.particles.size(); ++p) sum.template head<D>() += g.particles.mass * g.particles.velocity(p).template cast<double>();
+    return sum;
+  }
+
+  void add_gravity_work(double dt) {
+    double mass = 0;
+    for (const auto& g : groups_) mass += g.particles.mass * double(g.particles.size());
+    for (int a = 0; a < D; ++a)
+      if (options_.periodic(a)) gravity_work_ += dt * gravity_[a] * (momentum_[a] + 0.5 * dt * gravity_[a] * mass);
+  }
+
+  /// Nodes have the particles' mass and momentum after P2G: weights sum to 1 and their gradients to 0, so that no stress moves the whole.
+  void check_grid() const {
+    constexpr double kRounding = sizeof(Real) == 4 ? 1e-4 : 1e-9;   // of sums of a million numbers and more
+    double mass = 0;
+    for (const auto& g : groups_) mass += g.particles.mass * double(g.particles.size());
+    const NodeTotals& grid = step_.scattered();
+    const double scale = mass * (limits_.speed + std::max(limits_.wave_speed, limits_.loose_speed)) + momentum_.norm();
+    if (!grid.momentum.allFinite()) {
+      for (std::size_t g = 0; g < groups_.size(); ++g)
+        for (std::size_t p = 0; p < groups_[g].particles.size(); ++p)
+          if (!groups_[g].particles.velocity(p).allFinite())
+            throw Unstable(frame_ + 1, {"finite", fmt::format("p2g: particle {} of body {} has no finite velocity", groups_[g].particles.id[p], bodies_[g]), "a smaller sim.sound_cfl may help", int(g)});
+      throw Unstable(frame_ + 1, {"finite", "p2g: the grid's momentum is no finite number", "a smaller sim.sound_cfl may help", -1});
+    }
+    if (!(std::abs(grid.mass - mass) <= kRounding * mass))
+      throw Unstable(frame_ + 1, {"mass", fmt::format("p2g: nodes hold {:.8g} kg, particles {:.8g}", grid.mass, mass), "this is a fault of the program", -1});
+    if (!((grid.momentum - momentum_).norm() <= kRounding * scale))
+      throw Unstable(frame_ + 1, {"momentum", fmt::format("p2g: nodes have ({:.6g}, {:.6g}, {:.6g}) kg m/s, particles ({:.6g}, {:.6g}, {:.6g})", grid.momentum.x(), grid.momentum.y(), grid.momentum.z(),
+                                                          momentum_.x(), momentum_.y(), momentum_.z()), "this is a fault of the program", -1});
+  }
+
   /// Speeds of sound may grow at once, but fall by a thousandth a step: steps whose length swings with the strain of what swings feed it.
   void hold(const StepLimits& now) {
     constexpr double kKept = 0.999;
-    limits_ = {std::max(now.wave_speed, kKept * limits_.wave_speed), std::max(now.loose_speed, kKept * limits_.loose_speed), now.speed};
+    const StepLimits before = limits_;
+    limits_ = now;
+    limits_.wave_speed = std::max(now.wave_speed, kKept * before.wave_speed), limits_.loose_speed = std::max(now.loose_speed, kKept * before.loose_speed);
+    momentum_ = now.momentum;
   }
 
   /// The longest step that sound, what is loose and the fastest particle (falling freely) allow, cut so that
@@ -121,9 +201,10 @@ class Solid final : public Simulation {
     const double motion = v > 0 || g > 0 ? 2 * reach / (v + std::sqrt(v * v + 4 * g * reach)) : never;
     double dt = std::min({sound, loose, motion});
     if (!(dt > kShortestStep / fps_))
-      throw base::Error({.code = base::Exit::unstable, .hint = "a softer material, a coarser sim.cell or a higher shot.fps needs fewer steps",
-                         .message = fmt::format("frame {}: {} asks for a step of {:.3g} s, less than {:.1g} of a frame", frame_ + 1,
-                                                dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound", dt, kShortestStep)});
+      throw Unstable(frame_ + 1, {"step", fmt::format("{} asks for a step of {:.3g} s, less than {:.1g} of a frame",
+                                                      dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound", dt, kShortestStep),
+                                  "a softer material, a coarser sim.cell or a higher shot.fps needs fewer steps", -1});
+    dt /= 1 << restraint_.halvings;
     if (dt < left) ++(dt == motion ? steps_.by_motion : dt == loose ? steps_.by_loose : steps_.by_sound);
     dt = left / std::ceil(left / dt * (1 - 1e-9));
     steps_.shortest = steps_.all == 0 ? dt : std::min(steps_.shortest, dt);
@@ -141,12 +222,17 @@ class Solid final : public Simulation {
   static constexpr double kShortestStep = 1e-6;   // [frames]
   static constexpr std::int64_t kStrain = sizeof(Deformation<Real, D>) / sizeof(Real), kStress = sizeof(Stress<D, Real>) / sizeof(Real);
   Options options_;
+  std::vector<std::string> bodies_;            // names
   double fps_;
   base::Vec3 gravity_;
   Solids<D> solids_;
   std::vector<Group<D, Real>> groups_;
   SolidStep<D, Real> step_;
   StepLimits limits_;
+  base::Vec3 momentum_ = base::Vec3::Zero();   // [kg m/s] of the particles
+  double gravity_work_ = 0;                    // [J] along periodic axes, since the frame before
+  Restraint restraint_;
+  std::vector<Carry> carries_;                 // of the groups, when nothing restrains them
   Steps steps_;
   std::int64_t frame_ = 1;
 };
@@ -203,6 +289,7 @@ Totals Solid<D, Real>::totals() const {
     t.volume += g.rest_volume * double(particles.size());
     const auto sums = NodeTransfer<D, Real>(Kernel::quadratic, g.scheme.modes).sums(particles, options_.cell);
     t.kinetic_energy += sums.kinetic_energy;
+    t.largest_coefficient = std::max(t.largest_coefficient, sums.largest_coefficient);
     t.linear_momentum += sums.linear_momentum;
     t.angular_momentum += sums.angular_momentum;
     struct Energies {
@@ -232,6 +319,8 @@ Totals Solid<D, Real>::totals() const {
   t.held_strains = c.held;
   t.steps_by_sound = steps_.by_sound, t.steps_by_loose = steps_.by_loose, t.steps_by_motion = steps_.by_motion;
   t.shortest_step = steps_.shortest;
+  t.gravity_work = gravity_work_, t.largest_cfl = steps_.largest_cfl;
+  if (steps_.all > 0) t.least_volume = limits_.least_volume, t.most_volume = limits_.most_volume;
   return t;
 }
 
@@ -294,10 +383,11 @@ void Solid<D, Real>::restore(const State& s) {
   fits = fits && read_column<double>(s, "limits", 3, 1, limits);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   groups_ = std::move(groups);
-  limits_ = {limits[0], limits[1], limits[2]};
+  limits_ = {.wave_speed = limits[0], .loose_speed = limits[1], .speed = limits[2]};
+  momentum_ = momentum_of_particles();
   frame_ = s.frame;
   step_.clear_counts();
-  steps_ = {};
+  steps_ = {}, gravity_work_ = 0;
 }
 
 /// With the deformation of each particle.

@@ -127,17 +127,26 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   {
     const auto pass = ledger.pass("grid_update", 2 * grid_bytes());
-    counts_.light_nodes += base::ordered_reduce(blocks_.size(), 65536, std::int64_t{0}, [&](std::size_t begin, std::size_t end) {
+    struct Sums {
       std::int64_t light = 0;
+      double mass = 0;
+      Vec<D, double> momentum = Vec<D, double>::Zero();
+    };
+    const Sums sums = base::ordered_reduce(blocks_.size(), 65536, Sums{}, [&](std::size_t begin, std::size_t end) {
+      Sums s;
       for (std::size_t i = begin; i < end; ++i) {
         const Real mass = grid_.mass[i];
         const bool valid = double(mass) > kLightestNode;
-        light += !valid && mass > 0;
+        s.light += !valid && mass > 0;
+        s.mass += double(mass), s.momentum += grid_.velocity[i].template cast<double>();
         grid_.velocity[i] = valid ? Vec<D, Real>(grid_.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
         if (flip_) before_[i] = valid ? Vec<D, Real>(before_[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
       }
-      return light;
-    }, [](std::int64_t a, std::int64_t b) { return a + b; });
+      return s;
+    }, [](const Sums& a, const Sums& b) { return Sums{a.light + b.light, a.mass + b.mass, a.momentum + b.momentum}; });
+    counts_.light_nodes += sums.light;
+    scattered_ = {unit_mass_ * sums.mass, base::Vec3::Zero()};
+    scattered_.momentum.template head<D>() = unit_mass_ * sums.momentum;
   }
   if (!acceleration.isZero(0)) {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
@@ -152,6 +161,17 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
   base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), &grid_.velocity[slot * per_block]);
   });
+}
+
+template <int D, class Real>
+LostParticle SolidStep<D, Real>::lost_particle(const Groups& groups, std::size_t group, std::int64_t id) const {
+  const Particles<D, Real>& particles = groups[group].particles;
+  const auto p = std::size_t(std::find(particles.id.begin(), particles.id.end(), id) - particles.id.begin());
+  base::Vec3 x = solids_.origin;
+  x.template head<D>() += cell_ * particles.place(p);
+  std::string cell = fmt::format("cell ({}", particles.cell[p][0]);
+  for (int a = 1; a < D; ++a) cell += fmt::format(", {}", particles.cell[p][a]);
+  return {group, id, cell + fmt::format("), ({:.4g}, {:.4g}, {:.4g}) m", x.x(), x.y(), x.z())};
 }
 
 template <int D, class Real>
@@ -175,16 +195,16 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
       return Part{gathering.limits, gathering.counts, gathering.lost};
     }, [](Part a, const Part& b) {
       a.limits.take(b.limits);
+      a.limits.momentum += b.limits.momentum;
       a.counts.add(b.counts);
       if (a.lost < 0) a.lost = b.lost;
       return a;
     });
-    if (all.lost >= 0)
-      throw base::Error({.code = base::Exit::unstable, .hint = "a smaller sim.sound_cfl or sim.cfl may help",
-                         .message = fmt::format("g2p: particle {} is not finite or crossed more than two cells in a step of {:.3g} s", all.lost, dt)});
+    if (all.lost >= 0) throw lost_particle(groups, std::size_t(&group - groups.data()), all.lost);
     group.deformation.swap(group.next);
     group.rows.clear(), group.particles.rows.swap(group.rows);   // its storage serves the next sort
     limits.take(all.limits);
+    limits.momentum += group.particles.mass * all.limits.momentum;
     counts_.add(all.counts);
   }
   ledger.hold("spare", spare);

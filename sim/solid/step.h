@@ -8,6 +8,8 @@
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
 // particle moves with what it would have without.
 #include <cstdint>
+#include <limits>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -23,6 +25,8 @@ struct StepLimits {
   double wave_speed = 0;       // [m/s] of the fastest sound in what it was deformed to
   double loose_speed = 0;      // [m/s] the same of particles that are alone or strongly stretched
   double speed = 0;            // [m/s] of the fastest particle
+  double least_volume = std::numeric_limits<double>::max(), most_volume = -std::numeric_limits<double>::max();   // [1] J
+  base::Vec3 momentum = base::Vec3::Zero();    // [m/s] sum of the particles' velocities; of a whole step [kg m/s]
   void take(const StepLimits& other);
 };
 
@@ -30,6 +34,19 @@ struct StepLimits {
 struct SolidCounts {
   std::int64_t pushed_out = 0, dropped_modes = 0, limited_modes = 0, light_nodes = 0, held = 0;   // as in Totals
   void add(const SolidCounts& other);
+};
+
+/// A particle that is not finite, or went too far.
+struct LostParticle {
+  std::size_t group = 0;
+  std::int64_t id = -1;
+  std::string place;           // its cell and position
+};
+
+/// Over all nodes: mass [kg] and momentum [kg m/s].
+struct NodeTotals {
+  double mass = 0;
+  base::Vec3 momentum = base::Vec3::Zero();
 };
 
 template <int D, class Real>
@@ -42,11 +59,13 @@ class SolidStep {
 
   void scatter(double dt, Groups&, base::Ledger&);
   void update(double dt, const base::Vec3& acceleration, base::Ledger&);
-  /// `keep` [1] is FLIP's. Throws base::Error (exit 3) naming a particle that is not finite or crossed several cells.
+  /// `keep` [1] is FLIP's. Throws LostParticle for one that is not finite or crossed several cells.
   StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
 
   const ActiveBlocks<D>& blocks() const { return blocks_; }
   const NodeVelocity<D, Real>& grid() const { return grid_; }
+  /// What `scatter` left on the nodes, before gravity and contact; after `update`.
+  const NodeTotals& scattered() const { return scattered_; }
   const SolidCounts& counts() const { return counts_; }
   void clear_counts() { counts_ = {}; }
 
@@ -54,6 +73,7 @@ class SolidStep {
   /// Blocks that hold particles of any group, and where each group's are.
   void merge(const Groups&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * (D + 1) * sizeof(Real)); }
+  LostParticle lost_particle(const Groups&, std::size_t group, std::int64_t id) const;
 
   double cell_;
   const Solids<D>& solids_;
@@ -66,6 +86,7 @@ class SolidStep {
   NodeVelocity<D, Real> grid_;                     // momentum until it is divided
   NodeField<D, Real> before_;                      // FLIP: the field before forces
   double unit_mass_ = 1;                           // [kg] of grid_.mass
+  NodeTotals scattered_;
   SolidCounts counts_;
 };
 
@@ -113,6 +134,7 @@ class BlockGather {
   void average_volume(const Particles<D, Real>&);
   bool may_touch_solids(const Cell<D>& block) const;
   bool move(Group<D, Real>&, bool touches);
+  void add_momentum(const Particles<D, Real>&, bool were_pushed);
   void settle(Group<D, Real>&, std::size_t p, bool touches);
   template <class Law>
   void deform(const Law&, Group<D, Real>&);

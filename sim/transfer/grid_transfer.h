@@ -81,6 +81,7 @@ class GridTransfer {
   /// modes counted. h is the cell size [m].
   struct Sums {
     double kinetic_energy = 0;
+    double largest_coefficient = 0;   // [m/s] of particles
     base::Vec3 linear_momentum = base::Vec3::Zero(), angular_momentum = base::Vec3::Zero();
   };
   Sums sums(const Particles<D, Real>&, double h) const;

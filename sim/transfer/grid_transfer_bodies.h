@@ -389,6 +389,7 @@ template <class Layout>
 auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) const -> Sums {
   const auto add = [](Sums s, const Sums& t) {
     s.kinetic_energy += t.kinetic_energy;
+    s.largest_coefficient = std::max(s.largest_coefficient, t.largest_coefficient);
     s.linear_momentum += t.linear_momentum;
     s.angular_momentum += t.angular_momentum;
     return s;
@@ -416,6 +417,7 @@ auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) c
               if (modes_[r][b]) axis = b;
             }
             s.kinetic_energy += 0.5 * particles.mass * double(c[r]) * double(c[r]) * norm;
+            s.largest_coefficient = std::max(s.largest_coefficient, std::abs(double(c[r])));
             // The mode w_axis of component a carries the moment m h c <w, w> about the particle itself.
             if (degree == 1) spin += base::Vec3::Unit(axis).cross(base::Vec3::Unit(a)) * (particles.mass * h * double(c[r]) * norm);
           }

@@ -40,24 +40,26 @@ std::int64_t Course::sum(std::int64_t Totals::* counter) const {
 Course follow(const Scene& scene, const Plan& plan) {
   Course course;
   course.scene = scene;
-  course.simulation = make_simulation(scene, plan.fps);
-  Simulation& simulation = *course.simulation;
+  const auto watch = std::make_shared<Watch>(scene, plan.fps);
+  Simulation& simulation = watch->simulation();
+  course.simulation = std::shared_ptr<Simulation>(watch, &simulation);
   if (plan.prepare) {
     State state = simulation.state();
     plan.prepare(state);
-    simulation.restore(state);
+    watch->restore(state);
   }
   course.totals.push_back(simulation.totals());
   base::Ledger ledger;
   for (int f = 0; f < plan.frames; ++f) {
     try {
-      simulation.advance(ledger, {});
+      if (plan.watched) watch->advance(ledger, {});
+      else simulation.advance(ledger, {});
     } catch (const base::Error& e) {
       if (e.complaint().code != base::Exit::unstable) throw;
       course.stopped = e.what();
       return course;
     }
-    course.totals.push_back(simulation.totals());
+    course.totals.push_back(plan.watched ? watch->totals() : simulation.totals());
     course.is_finite = course.is_finite && is_finite(course.end()) && is_finite(simulation.frame());
     if (plan.see) plan.see(simulation);
     if (!course.is_finite || (course.energy(0) > 0 && course.energy(course.totals.size() - 1) > plan.most_energy * course.energy(0))) break;
@@ -70,6 +72,7 @@ CaseOutcome report(const Course& course, double value, std::string outcome) {
   found.value = value;
   found.outcome = std::move(outcome);
   if (!course.stopped.empty()) found.broken.push_back("stopped: " + course.stopped);
+  if (const std::int64_t retries = course.sum(&Totals::retries); retries > 0) found.outcome += say("; %lld frames done again", static_cast<long long>(retries));
   if (!course.is_finite) found.broken.push_back("numbers that are not finite");
   std::int64_t left = 0;
   for (const Totals& t : course.totals) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/simulation.h"
+#include "sim/watch.h"
 #include "sim/verify.h"
 
 namespace sim::verify {
@@ -15,7 +15,7 @@ struct Course {
   std::vector<Totals> totals;             // after each frame, the start's first
   std::string stopped;                    // what it stopped with; empty: it went all the way
   bool is_finite = true;                  // every position, velocity and sum of every frame
-  std::unique_ptr<Simulation> simulation; // as it ended
+  std::shared_ptr<Simulation> simulation; // as it ended
   Scene scene;
 
   const Totals& start() const { return totals.front(); }
@@ -31,6 +31,7 @@ struct Plan {
   int frames = 24;
   std::function<void(State&)> prepare = {};                // changes the state it starts from
   std::function<void(const Simulation&)> see = {};         // after each frame
+  bool watched = true;                                     // by sim/watch.h, as every run is
   double most_energy = 10;                                 // over that at the start: what has more has blown up, and is followed no further
 };
 Course follow(const Scene&, const Plan&);

@@ -1,0 +1,65 @@
+// The suite of hard cases as the program runs it: names, tables, exit codes; and every quick case.
+#include <nlohmann/json.hpp>
+
+#include <set>
+
+#include "run_program.h"
+
+namespace {
+
+using Json = nlohmann::json;
+
+class Verify : public ProgramTest {};
+
+}  // namespace
+
+TEST_F(Verify, EveryQuickCasePasses) {
+  const Outcome outcome = run({"verify", "--quick", "--json"});
+  EXPECT_EQ(outcome.exit, 0) << outcome.err;
+  const Json found = Json::parse(outcome.out);
+  const Json& cases = found.at("cases");
+  EXPECT_GE(cases.size(), 60u);
+  EXPECT_EQ(found.at("passed"), cases.size());
+  EXPECT_EQ(found.at("failed"), 0);
+  std::set<std::string> names;
+  for (const Json& c : cases) {
+    EXPECT_TRUE(c.at("passed").get<bool>()) << c.dump(2);
+    EXPECT_TRUE(names.insert(c.at("name")).second) << c.at("name");
+    for (const char* key : {"transfer", "kernel", "integrator", "expect", "outcome", "source"}) EXPECT_FALSE(c.at(key).get<std::string>().empty()) << c.at("name") << " " << key;
+    EXPECT_LE(c.at("value").get<double>(), c.at("tolerance").get<double>()) << c.at("name");
+  }
+  const std::string page = text_of(folder / "out/verify/report.html");
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("data:image"), std::string::npos);
+  EXPECT_EQ(page.find("http://") == std::string::npos || page.find("src=\"http") == std::string::npos, true);
+  EXPECT_EQ(Json::parse(text_of(folder / "out/verify/verify.json")).at("passed"), cases.size());
+  std::printf("%zu cases, and %zu that are not built\n", cases.size(), found.at("not_built").size());
+}
+
+TEST_F(Verify, RunsTheCasesThatItsArgumentsName) {
+  const auto count = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all = {"verify", "--json", "--quiet"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Outcome outcome = run(all);
+    EXPECT_EQ(outcome.exit, 0) << outcome.err;
+    return Json::parse(outcome.out).at("cases").size();
+  };
+  EXPECT_EQ(count({"return_mapping/snow/3d"}), 1u);
+  EXPECT_EQ(count({"return_mapping"}), 5u);
+  EXPECT_EQ(count({"return_mapping", "sand_at_the_tip/2d"}), 6u);
+  EXPECT_EQ(count({"round_trip/?d/*/single"}), 4u);
+}
+
+TEST_F(Verify, SuggestsTheNearestNameForOneThatIsNotThere) {
+  const Outcome outcome = run({"verify", "spining_disk"});
+  EXPECT_EQ(outcome.exit, 2);
+  EXPECT_EQ(outcome.err, "polypic: spining_disk: no such case (did you mean spinning_disk?)\n");
+  EXPECT_EQ(run({"verify", "*/nothing/*"}).exit, 2);
+}
+
+TEST_F(Verify, ListsItsCases) {
+  const Outcome outcome = run({"verify", "--list"});
+  EXPECT_EQ(outcome.exit, 0);
+  EXPECT_NE(outcome.out.find("spinning_disk/2d/polypic9/hybrid/double"), std::string::npos);
+  EXPECT_TRUE(files().empty());
+}
