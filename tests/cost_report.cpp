@@ -74,7 +74,8 @@ TEST_F(CostReport, BeginsWithThreeSentencesACaseAndShowsEveryVariant) {
   EXPECT_EQ(count_of(html, "<tr><td>"), 8u) << "a row a variant";
   EXPECT_EQ(count_of(html, ">could not run<"), 2u);
   EXPECT_EQ(count_of(html, "needs more &lt;modes&gt;"), 2u);
-  EXPECT_EQ(count_of(html, "<td class=\"strong\">polypic full</td>"), 2u) << "on the front";
+  EXPECT_EQ(count_of(html, "<td class=\"strong name\">polypic full</td>"), 2u) << "on the front";
+  EXPECT_EQ(count_of(html, "<td>2</td></tr>"), 1u) << "the tie of the first with the second";
   EXPECT_EQ(count_of(html, "error of image"), 0u) << "what no variant has is no column";
   for (const std::string text : {"polypic cost vortices", "polypic 0.1.0 (abc)", "a note", "steady, so any loss is an error",
                                  "What accuracy costs: vortices &lt;2d&gt;"})

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 #include "app/stages/folder.h"
 #include "app/study/cost_plots.h"
@@ -43,7 +44,7 @@ CasePlots plots_of(const Study& study, const StudyCase& part) {
   const std::string tail = study.cases.size() > 1 ? "." + file_name(part.name) : "";
   const auto add = [&](const std::string& name, std::optional<Plot> plot, bool half) {
     if (!plot) return;
-    if (half && plot->categories.empty()) plot->width = 640, plot->height = 400;
+    if (half && plot->categories.empty()) plot->width = 640, plot->height = plot->labels.empty() ? 460 : 520;   // labels need room
     all.names.push_back(name + tail);
     all.plots.push_back(std::move(*plot));
     if (!half) ++all.wide;
@@ -63,9 +64,19 @@ Cell seconds_cell(const Variant& v) {
   return {number("%.3g", v.seconds_median) + " (" + number("%.3g", v.seconds_min) + " - " + number("%.3g", v.seconds_max) + ")", v.seconds_median};
 }
 
-std::string joined(const std::vector<std::string>& words) {
+/// Numbers of variants within their cases, from 1: names are long.
+std::map<const Variant*, std::size_t> numbered(const Study& study) {
+  std::map<std::string, std::size_t> counts;
+  std::map<const Variant*, std::size_t> numbers;
+  for (const Variant& v : study.variants) numbers[&v] = ++counts[v.part];
+  return numbers;
+}
+
+std::string ties_of(const Study& study, const Variant& variant, const std::map<const Variant*, std::size_t>& numbers) {
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  for (const Variant& other : study.variants)
+    if (other.part == variant.part && std::find(variant.ties.begin(), variant.ties.end(), other.label) != variant.ties.end())
+      text += (text.empty() ? "" : ", ") + std::to_string(numbers.at(&other));
   return text;
 }
 
@@ -73,20 +84,22 @@ std::string joined(const std::vector<std::string>& words) {
 void add_table(Page& page, const Study& study) {
   std::vector<std::string> columns;
   if (study.cases.size() > 1) columns.push_back("case");
-  columns.insert(columns.end(), {"variant", "seconds (least - most)", "CPU seconds"});
+  columns.insert(columns.end(), {"number", "variant", "seconds (least - most)", "CPU seconds"});
   std::vector<Measure> measures;
   for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
     if (std::any_of(study.variants.begin(), study.variants.end(), [&](const Variant& v) { return v.errors.value[m].has_value(); })) {
       measures.push_back(static_cast<Measure>(m));
       columns.push_back("error of " + std::string(kMeasureNames[m]));
     }
-  columns.insert(columns.end(), {"steps", "memory [MB]", "on the front", "as fast, within the spread"});
+  columns.insert(columns.end(), {"steps", "memory [MB]", "front", "ties"});
+  const auto numbers = numbered(study);
   std::vector<std::vector<Cell>> rows;
   for (const Variant& v : study.variants) {
     std::vector<Cell> row;
     if (study.cases.size() > 1) row.emplace_back(v.part);
+    row.emplace_back(static_cast<double>(numbers.at(&v)));
     row.emplace_back(v.label);
-    row.back().strong = v.pareto;
+    row.back().strong = v.pareto, row.back().is_name = true;
     if (v.ran()) {
       row.push_back(seconds_cell(v));
       row.emplace_back(number("%.3g", v.cpu_seconds), v.cpu_seconds);
@@ -94,14 +107,16 @@ void add_table(Page& page, const Study& study) {
       row.emplace_back(static_cast<double>(v.steps));
       row.emplace_back(number("%.0f", static_cast<double>(v.peak_bytes) / 1e6), static_cast<double>(v.peak_bytes));
       row.emplace_back(v.pareto ? "yes" : "");
-      row.emplace_back(joined(v.ties));
+      row.emplace_back(ties_of(study, v, numbers));
     } else {
       row.emplace_back("could not run");
       row.resize(columns.size());
     }
     rows.push_back(std::move(row));
   }
-  page.table(columns, rows, "A click on a head sorts. Variants on the front are bold: nothing that was tried is both nearer to the truth and faster.");
+  page.table(columns, rows,
+             "A click on a head sorts. On the front (bold): nothing that was tried is both nearer to the truth and faster. Ties: those of the same case "
+             "that are as fast, within the spread.");
 }
 
 void add_frames(Page& page, const Study& study) {

@@ -99,7 +99,9 @@ void Page::table(const std::vector<std::string>& columns, const std::vector<std:
       const Cell& cell = row[c];
       char value[64] = "";
       if (cell.value) std::snprintf(value, sizeof value, " data-value=\"%.17g\"", *cell.value);
-      const std::string kinds = std::string(is_number(c) ? "number" : cell.strong ? "strong" : "") + (is_number(c) && cell.strong ? " strong" : "");
+      std::string kinds;
+      for (const auto& [holds, kind] : {std::pair{is_number(c), "number"}, {cell.strong, "strong"}, {cell.is_name, "name"}})
+        if (holds) kinds += (kinds.empty() ? "" : " ") + std::string(kind);
       html += std::string("<td") + (kinds.empty() ? "" : " class=\"" + kinds + "\"") + value + ">" + html_text(cell.text) + "</td>";
     }
     html += "</tr>\n";

@@ -13,6 +13,7 @@ struct Cell {
   std::string text;
   std::optional<double> value;   // none: sorted as text, and after all numbers
   bool strong = false;
+  bool is_name = false;          // stands on one line
   Cell() = default;
   Cell(const char* t) : text(t) {}
   Cell(std::string t) : text(std::move(t)) {}

@@ -38,19 +38,20 @@ figcaption { padding: 9px 16px; color: var(--soft); font-size: 15px; border-top:
 .pair figure { margin: 0; }
 .pair { margin: 18px 0; display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px; }
 .wide { overflow-x: auto; background: var(--card); border: 1px solid var(--line); border-radius: 6px; margin: 14px 0; }
-table { border-collapse: collapse; width: 100%; font-size: 15px; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; width: 100%; font-size: 14px; font-variant-numeric: tabular-nums; }
 caption { text-align: left; padding: 10px 14px; color: var(--soft); }
 th { text-align: left; border-bottom: 2px solid var(--line); padding: 0; vertical-align: bottom; }
-th button { all: unset; cursor: pointer; display: block; box-sizing: border-box; width: 100%; padding: 9px 12px; font-weight: bold; font-size: 14px; line-height: 1.3; }
+th button { all: unset; cursor: pointer; display: block; box-sizing: border-box; width: 100%; padding: 9px 10px; font-weight: bold; font-size: 13px; line-height: 1.3; }
 th button:hover, th button:focus-visible { background: var(--mark); }
 th button:focus-visible, input:focus-visible, summary:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
 th button::after { content: "\2195"; color: var(--line); padding-left: 5px; }
 th[aria-sort="ascending"] button::after { content: "\2191"; color: var(--accent); }
 th[aria-sort="descending"] button::after { content: "\2193"; color: var(--accent); }
-td { padding: 7px 12px; border-bottom: 1px solid var(--line); }
+td { padding: 6px 10px; border-bottom: 1px solid var(--line); }
 tbody tr:last-child td { border-bottom: 0; }
 tbody tr:hover { background: var(--mark); }
-.number { text-align: right; white-space: nowrap; }
+.number { text-align: right; }
+td.number, td.strong, td.name { white-space: nowrap; }
 .strong { font-weight: bold; }
 .strips, .sheet { display: grid; gap: 12px; grid-template-columns: repeat(auto-fill, minmax(min(100%, 290px), 1fr)); }
 .sheet { grid-template-columns: repeat(auto-fill, minmax(min(100%, 230px), 1fr)); gap: 8px; }

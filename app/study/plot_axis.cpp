@@ -44,7 +44,7 @@ std::vector<Tick> log_ticks(double low, double high) {
   for (int e = first; e <= last; ++e) {
     if (e % stride == 0) add(std::pow(10, e));
     // all alike
-    if (decades > 4 && std::abs(e) > 1 && !ticks.empty() && ticks.back().value == std::pow(10, e)) ticks.back().text = "10" + superscript(e);
+    if (decades > 4 && e != 0 && e != 1 && !ticks.empty() && ticks.back().value == std::pow(10, e)) ticks.back().text = "10" + superscript(e);
     if (decades > 3) continue;
     for (const double digit : {2.0, 5.0}) add(digit * std::pow(10, e));
   }
