@@ -48,6 +48,7 @@ inline std::vector<SmallShot> small_shots() {
       {"third_order", kTank + kGravity, {"sim.advection=rk3"}},
       {"drifting", kTank + kGravity, {"sim.volume_correction=0"}},
       {"audited", kTank + kGravity, {"sim.audit=true"}},
+      {"audited_block", kBlock + kGravity, {"sim.audit=true"}},
       {"double", kTank + kGravity, {"sim.precision=double"}},
       {"regular", kTank + kGravity, {"sim.seeding=regular"}},
       {"channel", kTank, {periodic + "}"}},

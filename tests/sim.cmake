@@ -16,7 +16,6 @@ if(NOT POLYPIC_SANITIZE)   # it counts the heap, which a sanitizer keeps for its
   # Long, and about accuracy: other tests run the same code.
   polypic_test(fluid_reflection LABEL slow LINK polypic_sim)
   polypic_test(fluid_dam_break LABEL slow LINK polypic_sim)
-  polypic_test(fluid_vortex_ring LABEL slow LINK polypic_sim)
 endif()
 polypic_test(plan_activity LABEL fast LINK polypic_sim)
 polypic_test(checkpoint LABEL fast LINK polypic_sim)

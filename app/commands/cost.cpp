@@ -13,6 +13,7 @@
 #include "app/study/study_files.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "surface/surface.h"
 
 namespace app {
 namespace {
@@ -49,6 +50,7 @@ bool cost(const Request& request) {
                   .threads = cores, .repeats = request.repeats, .command = request.line};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
   catch_signals();
+  surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
   const Study study = problem ? study_of_problem(*problem, order, progress) : study_of_shot(shot, order, progress);
   write_study(study, order.out);

@@ -5,6 +5,8 @@
 #include <set>
 #include <string_view>
 
+#include <fmt/format.h>
+
 #include "base/error.h"
 #include "base/text.h"
 
@@ -110,7 +112,7 @@ std::string label_of(const sim::Options& o, const Sets& varied) {
     if (key == "sim.carry" && varied.size() > 1) {   // the ladder's own needs no word
       if (o.carry == sim::Carry::limited) add(value);
     } else if (!is_scheme_key(key)) {
-      add(key.substr(key.rfind('.') + 1) + " " + value);
+      add(key.substr(key.rfind('.') + 1) + " " + (key == "sim.cell" ? fmt::format("{:.3g}", o.cell) : value));
     }
   }
   return label;

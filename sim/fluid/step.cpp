@@ -41,7 +41,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     if (free_surface_) blocks_.cover(ranges_, layers() + 3);
   }
   if (options_.audit) {
-    const auto pass = ledger.pass("audit");
+    const auto pass = ledger.pass("audit", bytes_of(particles));
     particle_mass_ = particles.mass;
     audit_.begin(energy(particles));
   }
@@ -217,7 +217,7 @@ EnergyAudit::Energy FluidStep<D, Real>::energy(const Particles<D, Real>& particl
 template <int D, class Real>
 void FluidStep<D, Real>::audit(std::string_view stage, const Particles<D, Real>& particles, base::Ledger& ledger) {
   if (!options_.audit) return;
-  const auto pass = ledger.pass("audit");
+  const auto pass = ledger.pass("audit", bytes_of(particles));
   if (stage == "advect") audit_.moved(energy(particles));
   else audit_.reached(stage, energy(particles));
 }
@@ -225,7 +225,7 @@ void FluidStep<D, Real>::audit(std::string_view stage, const Particles<D, Real>&
 template <int D, class Real>
 void FluidStep<D, Real>::audit(std::string_view stage, const FaceField<D, Real>& velocity, base::Ledger& ledger) {
   if (!options_.audit) return;
-  const auto pass = ledger.pass("audit");
+  const auto pass = ledger.pass("audit", 2 * grid_bytes());
   const MacVelocity<D, Real> field{velocity, grid_.mass, 0};
   audit_.reached(stage, transfer_.sums(blocks_, field, particle_mass_, options_.cell).kinetic_energy);
 }

@@ -84,6 +84,14 @@ KnownFlow<D, Real>::KnownFlow(const Scene& scene, VelocityAt<D> exact, double fl
 }
 
 template <int D, class Real>
+std::vector<Vec<D, double>> KnownFlow<D, Real>::places() const {
+  std::vector<Vec<D, double>> places(particles_.size());
+  for (std::size_t p = 0; p < places.size(); ++p)
+    places[std::size_t(particles_.id[p])] = options_.domain.lower.head<D>() + options_.cell * particles_.place(p);
+  return places;
+}
+
+template <int D, class Real>
 void KnownFlow<D, Real>::fit_to_walls() {
   base::Ledger unused;
   step_.scatter(particles_, unused);
@@ -164,7 +172,7 @@ ProblemResult answer(KnownFlow<D, Real>& flow, const FlowQuestion& question, bas
   sample();
   while (flow.time() < question.time) {
     {
-      const auto pass = clock.pass("step");
+      const base::Ledger::Timer timer(clock, "step", 0);
       flow.step(question.dt, ledger);
     }
     ++result.steps;

@@ -33,6 +33,8 @@ class KnownFlow {
   double time() const { return time_; }
   const FluidStep<D, Real>& grid() const { return step_; }
   const Particles<D, Real>& particles() const { return particles_; }
+  /// Of the particles, by id [m].
+  std::vector<Vec<D, double>> places() const;
 
   /// Sums of squares over the faces of the domain: of the velocity less `mean` [m^2/s^2], and of what it differs from the exact one now.
   double squares(const Vec<D, double>& mean) const;

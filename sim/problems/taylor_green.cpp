@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <fmt/format.h>
+#include "sim/problems/problems.h"
 
 namespace sim {
 

@@ -13,7 +13,4 @@ inline double taylor_green_speed(double edge) { return edge / (2 * M_PI); }
 template <int D>
 VelocityAt<D> taylor_green_velocity(int waves, double edge, const base::Vec3& mean);
 
-std::unique_ptr<Problem> make_taylor_green_2d();
-std::unique_ptr<Problem> make_taylor_green_3d();
-
 }  // namespace sim

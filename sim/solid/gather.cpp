@@ -170,7 +170,7 @@ bool BlockGather<D, Real>::may_touch_solids(const Cell<D>& block) const {
 
 /// Keeps a particle that has moved out of walls and colliders, and scales what its scheme says.
 template <int D, class Real>
-void BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool touches) {
+bool BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool touches) {
   Particles<D, Real>& particles = group.particles;
   double pushed = 0;
   Moving<D, Real> moving{{particles.cell[p], particles.offset[p]}, particles.velocity(p)};
@@ -197,6 +197,60 @@ void BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
       else if (limits_it && factor[bent] < 1) coefficients[r] *= factor[bent], ++counts.limited_modes;
     }
   }
+  return pushed > 0;
+}
+
+/// The same of all of the block; what it did to their energy is contact's where it pushed them, else the limiter's.
+template <int D, class Real>
+void BlockGather<D, Real>::settle_all(Group<D, Real>& group, bool touches) {
+  for (std::size_t p = begin_; p < end_; ++p) {
+    const double before = audits ? kinetic_energy(group, p) : 0;
+    const bool pushed = settle(group, p, touches);
+    if (audits) (pushed ? audit.collided : audit.carried) += kinetic_energy(group, p) - before;
+  }
+}
+
+template <int D, class Real>
+double BlockGather<D, Real>::kinetic_energy(const Group<D, Real>& group, std::size_t p) const {
+  const Stencil<QuadraticBasis<double>, D> stencil = stencil_at<D, double>(group.particles.cell[p], group.particles.offset[p].template cast<double>());
+  double sum = 0;
+  for (int c = 0; c < D; ++c) {
+    const std::span<const Real> coefficients = group.particles.component(p, c);
+    for (std::size_t r = 0; r < coefficients.size(); ++r) {
+      double norm = 1;
+      for (int a = 0; a < D; ++a) norm *= stencil[a].norm(group.scheme.modes[r][std::size_t(a)]);
+      sum += 0.5 * group.particles.mass * double(coefficients[r]) * double(coefficients[r]) * norm;
+    }
+  }
+  return sum;
+}
+
+template <int D, class Real>
+double BlockGather<D, Real>::kinetic_energy(const Group<D, Real>& group) const {
+  double sum = 0;
+  for (std::size_t p = begin_; p < end_; ++p) sum += kinetic_energy(group, p);
+  return sum;
+}
+
+template <int D, class Real>
+double BlockGather<D, Real>::trial_energy(const Group<D, Real>& group) const {
+  double sum = 0;
+  for (std::size_t p = begin_; p < end_; ++p) {
+    Deformation<double, D> trial = exact(group.deformation[group.rows.empty() ? p : group.rows[p]]);
+    Matrix<double, D> change;
+    for (std::size_t i = 0; i < D; ++i)
+      for (std::size_t k = 0; k < D; ++k) change.m[i][k] = dt_ / solids_.cell * double(gradient_[(p - begin_) * D * D + i * D + k]);
+    trial.gradient = composed(change, trial.gradient);
+    sum += elastic_energy(group, trial);
+  }
+  return sum;
+}
+
+template <int D, class Real>
+double BlockGather<D, Real>::elastic_energy_now(const Group<D, Real>& group) const {
+  double sum = 0;
+  for (std::size_t p = begin_; p < end_; ++p) sum += elastic_energy(group, exact(group.next[p]));
+  return sum;
 }
 
 /// What they carry to the next step; those that were pushed have lost some of what they moved with.
@@ -244,8 +298,8 @@ bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
     cell[k] += int(whole) + (part >= 1);
     offset[k] = part >= 1 ? Real(0) : part;
   }
-  if (touches || limits_some)
-    for (std::size_t p = begin_; p < end_; ++p) settle(group, p, touches);
+  if (audits) audit.moved += kinetic_energy(group);
+  if (touches || limits_some) settle_all(group, touches);
   if (group.scheme.flip)
     for (std::size_t p = begin_; p < end_; ++p)
       for (int c = 0; c < D; ++c) velocity_[(p - begin_) * D + std::size_t(c)] = particles.component(p, c)[0];
@@ -349,8 +403,10 @@ void BlockGather<D, Real>::run(Group<D, Real>& group, std::size_t block) {
   }
   if (!fast) gather_plainly(group);
   if (group.averages) average_volume(group.particles);   // cells are those before the motion
+  if (audits) audit.gathered += kinetic_energy(group);
   if (!move(group, may_touch_solids(at))) return;
   std::visit([&](const auto& law) { deform(law, group); }, group.model);
+  if (audits && is_plastic(group.model)) audit.yielded += elastic_energy_now(group) - trial_energy(group);
 }
 
 template class BlockGather<2, float>;

@@ -174,4 +174,13 @@ struct Plastic {
 using Model =
     std::variant<Elastic<FixedCorotated>, Elastic<NeoHookean>, Elastic<Hencky>, Liquid, Plastic<VonMises>, Plastic<DruckerPrager>, Plastic<Snow>>;
 
+template <class Law>
+inline constexpr bool kYields = false;
+template <class Yield>
+inline constexpr bool kYields<Plastic<Yield>> = true;
+
+inline bool is_plastic(const Model& model) {
+  return std::visit([]<class Law>(const Law&) { return kYields<Law>; }, model);
+}
+
 }  // namespace sim

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
+#include "sim/effects/potential.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/particle_state.h"
@@ -280,9 +281,6 @@ Totals Solid<D, Real>::totals() const {
   t.substeps = steps_.all;
   t.particles = std::int64_t(particles());
   t.elastic_energy = 0;
-  base::Vec3 downhill = gravity_;
-  for (int a = 0; a < D; ++a)
-    if (options_.periodic(a)) downhill[a] = 0;
   for (const auto& g : groups_) {
     const Particles<D, Real>& particles = g.particles;
     t.mass += particles.mass * double(particles.size());
@@ -292,28 +290,17 @@ Totals Solid<D, Real>::totals() const {
     t.largest_coefficient = std::max(t.largest_coefficient, sums.largest_coefficient);
     t.linear_momentum += sums.linear_momentum;
     t.angular_momentum += sums.angular_momentum;
-    struct Energies {
-      double elastic = 0, potential = 0, speed = 0;
-    };
-    const Energies e = base::ordered_reduce(particles.size(), 16384, Energies{}, [&](std::size_t begin, std::size_t end) {
-      Energies sum;
-      for (std::size_t p = begin; p < end; ++p) {
-        const Deformation<Real, D>& d = g.deformation[g.particles.row_of(p)];
-        Deformation<double, D> exact;
-        for (int i = 0; i < D; ++i)
-          for (int k = 0; k < D; ++k) exact.gradient(i, k) = double(d.gradient(i, k));
-        exact.state = double(d.state);
-        sum.elastic += g.rest_volume * std::visit([&](const auto& law) { return law.template energy<D>(exact); }, g.model);
-        sum.potential -= particles.mass * options_.cell * downhill.head<D>().dot(particles.place(p));
-        sum.speed = std::max(sum.speed, particles.velocity(p).template cast<double>().norm());
-      }
-      return sum;
-    }, [](const Energies& a, const Energies& b) { return Energies{a.elastic + b.elastic, a.potential + b.potential, std::max(a.speed, b.speed)}; });
+    const SolidEnergy e = energy_of(g, downhill(gravity_, options_), options_.cell);
     *t.elastic_energy += e.elastic;
-    t.potential_energy += e.potential;
-    t.max_speed = std::max(t.max_speed, e.speed);
+    t.potential_energy += e.place;
+    t.max_speed = std::max(t.max_speed, base::ordered_reduce(particles.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
+      double most = 0;
+      for (std::size_t p = begin; p < end; ++p) most = std::max(most, particles.velocity(p).template cast<double>().norm());
+      return most;
+    }, [](double a, double b) { return std::max(a, b); }));
   }
   t.state_hash = state_hash();
+  t.energy_changes = step_.audit().changes();
   const SolidCounts& c = step_.counts();
   t.pushed_out = c.pushed_out, t.dropped_modes = c.dropped_modes, t.limited_modes = c.limited_modes, t.light_faces = c.light_nodes;
   t.held_strains = c.held;

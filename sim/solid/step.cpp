@@ -8,6 +8,8 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "sim/effects/gravity.h"
+#include "sim/effects/potential.h"
 #include "sim/transfer/carry.h"
 #include "sim/transfer/tensor.h"
 
@@ -40,7 +42,7 @@ Scheme<D>::Scheme(const Options& o) : modes(mode_set<D>(o.transfer, Kernel::quad
 
 template <int D, class Real>
 SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
-    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice) {}
+    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice), audits_(scene.options.audit), down_(downhill(gravity(scene), scene.options)) {}
 
 template <int D, class Real>
 void SolidStep<D, Real>::merge(const Groups& groups) {
@@ -89,14 +91,25 @@ void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger
     merge(groups);
     blocks_.cover(merged_, kDepth);
   }
-  const auto pass = ledger.pass("p2g", bytes_of(groups, true) + 2 * grid_bytes());
-  grid_.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
-  grid_.mass.assign(blocks_.size(), 0);
-  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero());
   unit_mass_ = std::numeric_limits<double>::max();
   for (const auto& g : groups) unit_mass_ = std::min(unit_mass_, g.particles.mass);
   for (auto& g : groups) g.weight = g.particles.mass / unit_mass_;
+  if (audits_) {   // once more, without stress
+    const auto pass = ledger.pass("audit", bytes_of(groups, true) + 2 * grid_bytes());
+    before_step_ = energy(groups);
+    audit_.begin({before_step_.kinetic, before_step_.place + before_step_.elastic});
+    sum_on_nodes(0, groups);
+    audit_.reached("p2g", grid_energy(/*divided=*/false));
+  }
+  const auto pass = ledger.pass("p2g", bytes_of(groups, true) + 2 * grid_bytes());
+  sum_on_nodes(dt, groups);
+}
 
+template <int D, class Real>
+void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
+  grid_.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
+  grid_.mass.assign(blocks_.size(), 0);
+  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero());
   const Lattice<D>& lattice = blocks_.lattice();
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
   for (std::size_t b = 0; b < merged_.occupied.size(); ++b) colours[lattice.colour(lattice.block_at(merged_.occupied[b]))].push_back(std::uint32_t(b));
@@ -148,6 +161,7 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
     scattered_ = {unit_mass_ * sums.mass, base::Vec3::Zero()};
     scattered_.momentum.template head<D>() = unit_mass_ * sums.momentum;
   }
+  audit_update("stress", ledger);
   if (!acceleration.isZero(0)) {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     const Vec<D, Real> change = (dt * acceleration).head<D>().template cast<Real>();
@@ -156,11 +170,41 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
         if (double(grid_.mass[i]) > kLightestNode) grid_.velocity[i] += change;
     });
   }
+  audit_update("forces", ledger);
   if (contacts_.empty()) return;
-  const auto pass = ledger.pass("collide", grid_bytes());
-  base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), &grid_.velocity[slot * per_block]);
-  });
+  {
+    const auto pass = ledger.pass("collide", grid_bytes());
+    base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), &grid_.velocity[slot * per_block]);
+    });
+  }
+  audit_update("collide", ledger);
+}
+
+template <int D, class Real>
+SolidEnergy SolidStep<D, Real>::energy(const Groups& groups) const {
+  SolidEnergy all;
+  for (const Group<D, Real>& g : groups) all.add(energy_of(g, down_, cell_));
+  return all;
+}
+
+template <int D, class Real>
+double SolidStep<D, Real>::grid_energy(bool divided) const {
+  return base::ordered_reduce(blocks_.size(), 65536, 0.0, [&](std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double mass = double(grid_.mass[i]), square = grid_.velocity[i].template cast<double>().squaredNorm();
+      if (mass > kLightestNode) sum += 0.5 * unit_mass_ * (divided ? mass * square : square / mass);
+    }
+    return sum;
+  }, [](double a, double b) { return a + b; });
+}
+
+template <int D, class Real>
+void SolidStep<D, Real>::audit_update(std::string_view stage, base::Ledger& ledger) {
+  if (!audits_) return;
+  const auto pass = ledger.pass("audit", grid_bytes());
+  audit_.reached(stage, grid_energy(/*divided=*/true));
 }
 
 template <int D, class Real>
@@ -176,38 +220,55 @@ LostParticle SolidStep<D, Real>::lost_particle(const Groups& groups, std::size_t
 
 template <int D, class Real>
 StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, base::Ledger& ledger) {
-  const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
   StepLimits limits;
-  std::int64_t spare = 0;
-  for (Group<D, Real>& group : groups) {
-    group.rows.swap(group.particles.rows);
-    group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
-    group.next.resize(group.deformation.size());
-    spare += std::int64_t(group.next.capacity() * sizeof(group.next[0]) + group.spare_stress.capacity() * sizeof(group.spare_stress[0]));
-    struct Part {
-      StepLimits limits;
-      SolidCounts counts;
-      std::int64_t lost = -1;
-    };
-    const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
-      BlockGather<D, Real> gathering(blocks_, grid_, before_, solids_, dt, keep);
-      for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
-      return Part{gathering.limits, gathering.counts, gathering.lost};
-    }, [](Part a, const Part& b) {
-      a.limits.take(b.limits);
-      a.limits.momentum += b.limits.momentum;
-      a.counts.add(b.counts);
-      if (a.lost < 0) a.lost = b.lost;
-      return a;
-    });
-    if (all.lost >= 0) throw lost_particle(groups, std::size_t(&group - groups.data()), all.lost);
-    group.deformation.swap(group.next);
-    group.rows.clear(), group.particles.rows.swap(group.rows);   // its storage serves the next sort
-    limits.take(all.limits);
-    limits.momentum += group.particles.mass * all.limits.momentum;
-    counts_.add(all.counts);
+  GatherAudit parts;
+  {
+    const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
+    std::int64_t spare = 0;
+    for (Group<D, Real>& group : groups) {
+      group.rows.swap(group.particles.rows);
+      group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
+      group.next.resize(group.deformation.size());
+      spare += std::int64_t(group.next.capacity() * sizeof(group.next[0]) + group.spare_stress.capacity() * sizeof(group.spare_stress[0]));
+      struct Part {
+        StepLimits limits;
+        SolidCounts counts;
+        std::int64_t lost = -1;
+        GatherAudit audit;
+      };
+      const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
+        BlockGather<D, Real> gathering(blocks_, grid_, before_, solids_, dt, keep);
+        gathering.audits = audits_;
+        for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
+        return Part{gathering.limits, gathering.counts, gathering.lost, gathering.audit};
+      }, [](Part a, const Part& b) {
+        a.limits.take(b.limits);
+        a.limits.momentum += b.limits.momentum;
+        a.counts.add(b.counts);
+        a.audit.add(b.audit);
+        if (a.lost < 0) a.lost = b.lost;
+        return a;
+      });
+      if (all.lost >= 0) throw lost_particle(groups, std::size_t(&group - groups.data()), all.lost);
+      group.deformation.swap(group.next);
+      group.rows.clear(), group.particles.rows.swap(group.rows);   // its storage serves the next sort
+      limits.take(all.limits);
+      limits.momentum += group.particles.mass * all.limits.momentum;
+      counts_.add(all.counts);
+      parts.add(all.audit);
+    }
+    ledger.hold("spare", spare);
   }
-  ledger.hold("spare", spare);
+  if (!audits_) return limits;
+  const auto pass = ledger.pass("audit", bytes_of(groups, true));
+  const SolidEnergy now = energy(groups);
+  audit_.reached("g2p", parts.gathered);
+  audit_.add("advect", parts.moved - parts.gathered);
+  audit_.add("collide", parts.collided);
+  audit_.add("carry", parts.carried);
+  audit_.add("plasticity", parts.yielded);
+  audit_.add("forces", now.place - before_step_.place);
+  audit_.add("stress", now.elastic - before_step_.elastic - parts.yielded);
   return limits;
 }
 

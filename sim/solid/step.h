@@ -15,7 +15,9 @@
 
 #include "base/ledger.h"
 #include "sim/colliders/solids.h"
+#include "sim/energy_audit.h"
 #include "sim/solid/contact.h"
+#include "sim/solid/energy.h"
 #include "sim/solid/group.h"
 
 namespace sim {
@@ -67,11 +69,19 @@ class SolidStep {
   /// What `scatter` left on the nodes, before gravity and contact; after `update`.
   const NodeTotals& scattered() const { return scattered_; }
   const SolidCounts& counts() const { return counts_; }
-  void clear_counts() { counts_ = {}; }
+  /// Where the energy went since the counts were cleared; empty unless the scene says audit.
+  const EnergyAudit& audit() const { return audit_; }
+  void clear_counts() { counts_ = {}, audit_.clear(); }
 
  private:
   /// Blocks that hold particles of any group, and where each group's are.
   void merge(const Groups&);
+  /// Masses, and momenta with the impulse of stress over dt.
+  void sum_on_nodes(double dt, const Groups&);
+  SolidEnergy energy(const Groups&) const;
+  /// [J] of the grid, of velocities or, before they are divided, of momenta.
+  double grid_energy(bool divided) const;
+  void audit_update(std::string_view stage, base::Ledger&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * (D + 1) * sizeof(Real)); }
   LostParticle lost_particle(const Groups&, std::size_t group, std::int64_t id) const;
 
@@ -88,6 +98,17 @@ class SolidStep {
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   SolidCounts counts_;
+  bool audits_;
+  base::Vec3 down_;                                // [m/s^2] gravity along axes that have a floor
+  EnergyAudit audit_;
+  SolidEnergy before_step_;                        // of the particles, as they were scattered
+};
+
+/// What happens to the energy of particles within a gather [J].
+struct GatherAudit {
+  double gathered = 0, moved = 0;                      // kinetic: where they were, where they are
+  double collided = 0, carried = 0, yielded = 0;       // what push-out, limiters and plasticity changed
+  void add(const GatherAudit& o) { gathered += o.gathered, moved += o.moved, collided += o.collided, carried += o.carried, yielded += o.yielded; }
 };
 
 /// P2G of the particles of one group in one block, added to the block's own arrays. Units: masses of the lightest group's particle.
@@ -118,6 +139,8 @@ class BlockGather {
   StepLimits limits = {};
   SolidCounts counts = {};
   std::int64_t lost = -1;      // id of a particle that is not finite or went too far
+  bool audits = false;         // whether to fill the next
+  GatherAudit audit = {};
 
  private:
   /// What the steps below hand to each other, of particles [begin_, end_): rows of D, D and D * D numbers a particle.
@@ -135,7 +158,13 @@ class BlockGather {
   bool may_touch_solids(const Cell<D>& block) const;
   bool move(Group<D, Real>&, bool touches);
   void add_momentum(const Particles<D, Real>&, bool were_pushed);
-  void settle(Group<D, Real>&, std::size_t p, bool touches);
+  /// Whether the particle was pushed.
+  bool settle(Group<D, Real>&, std::size_t p, bool touches);
+  void settle_all(Group<D, Real>&, bool touches);
+  double kinetic_energy(const Group<D, Real>&, std::size_t p) const;
+  double kinetic_energy(const Group<D, Real>&) const;   // of all of the block
+  double trial_energy(const Group<D, Real>&) const;     // of deformation, as the step's motion alone would leave it
+  double elastic_energy_now(const Group<D, Real>&) const;
   template <class Law>
   void deform(const Law&, Group<D, Real>&);
 

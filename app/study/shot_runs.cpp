@@ -1,0 +1,104 @@
+#include "app/study/shot_runs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "app/stages/folder.h"
+#include "app/stages/record.h"
+#include "app/study/child.h"
+#include "base/error.h"
+#include "base/text.h"
+
+namespace app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> words_of(const std::string& command, const ShotRun& run, const std::string& frames) {
+  std::vector<std::string> words = {command, run.shot.string(), "--quiet", "--out", run.out.string(), "--frames", frames, "--threads", std::to_string(run.threads)};
+  if (run.overrides.quality) words.insert(words.end(), {"--quality", *run.overrides.quality});
+  for (const std::string& set : run.overrides.sets) words.insert(words.end(), {"--set", set});
+  return words;
+}
+
+double energy_of(const sim::Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
+
+/// Of the simulation alone, whatever else was made of it.
+MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
+  MeasuredRun run = {{"errors", MeasuredRun::object()}};
+  std::vector<double> time, energy;
+  double start = 0, seconds = 0, cpu = 0, drift = 0;
+  std::int64_t steps = 0, drifts = 0, peak = 0, particles = 0;
+  std::map<std::string, double> changes;
+  base::Ledger passes;
+  for (std::int64_t frame = 1; frame <= last; ++frame) {
+    const std::optional<Record> record = read_record(folder, Stage::simulate, frame);
+    if (!record || !record->totals) base::throw_input(folder.record(Stage::simulate, frame).string(), "cannot be read");
+    const sim::Totals& t = *record->totals;
+    if (frame == 1) start = energy_of(t);
+    time.push_back(t.time);
+    energy.push_back(start != 0 ? energy_of(t) / start : 1);
+    particles = t.particles, steps += t.substeps;
+    seconds += record->seconds, cpu += record->cpu_seconds, peak = std::max(peak, record->peak_bytes);
+    if (t.volume_drift) drift += std::abs(*t.volume_drift), ++drifts;
+    for (const auto& [name, cost] : record->passes) passes.add(name, cost);
+    for (const auto& [stage, change] : t.energy_changes) changes[stage] += start != 0 ? change / start : 0;
+  }
+  if (drifts > 0) run["errors"]["volume"] = drift / double(drifts);
+  run["course"] = {{"time", time}, {"energy", energy}, {"enstrophy", MeasuredRun::array()}};
+  run["energy_changes"] = changes;
+  run["particles"] = particles, run["steps"] = steps, run["seconds"] = seconds, run["cpu_seconds"] = cpu, run["peak_bytes"] = peak;
+  MeasuredRun& costs = run["passes"] = MeasuredRun::object();
+  for (const auto& [name, cost] : passes.passes()) costs[name] = {{"calls", cost.calls}, {"seconds", cost.seconds}, {"cpu_seconds", cost.cpu_seconds}};
+  return run;
+}
+
+}  // namespace
+
+MeasuredRun simulate(const ShotRun& run, std::string& failure) {
+  failure = run_child(words_of("simulate", run, "1-" + std::to_string(run.last))).failure;
+  if (!failure.empty()) return {};
+  return measured_from(Folder(run.out), run.last);
+}
+
+std::string make_picture(const ShotRun& run, std::int64_t frame, bool has_surface) {
+  const Folder folder(run.out);
+  std::error_code none;
+  if (fs::exists(folder.image(frame, ".png"), none)) return "";
+  const std::string number = std::to_string(frame);
+  if (has_surface)
+    if (const std::string failure = run_child(words_of("surface", run, number)).failure; !failure.empty()) return failure;
+  return run_child(words_of("render", run, number)).failure;
+}
+
+std::int64_t disk_bytes(const fs::path& folder) {
+  std::int64_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) bytes += std::int64_t(entry.file_size());
+  return bytes;
+}
+
+std::vector<std::string> coarser(const Shot& shot, double share) {
+  const sim::Options& o = shot.scene.options;
+  std::int64_t common = 0, fewest = std::numeric_limits<std::int64_t>::max();
+  for (int a = 0; a < o.dimension; ++a) {
+    const std::int64_t cells = std::llround(o.domain.size()[a] / o.cell);
+    common = std::gcd(common, cells), fewest = std::min(fewest, cells);
+  }
+  std::int64_t best = 0;
+  for (std::int64_t parts = 1; parts < common; ++parts) {
+    if (fewest * parts / common < 4) continue;
+    const auto away = [&](std::int64_t n) { return std::abs(std::log(double(n) / double(common) / share)); };
+    if (best == 0 || away(parts) < away(best)) best = parts;
+  }
+  if (best == 0) return {};
+  const double ratio = double(common) / double(best);
+  std::vector<std::string> sets = {"sim.cell=" + base::to_text(o.cell * ratio)};
+  if (o.dimension == 3 && shot.surface.voxel) sets.push_back("surface.voxel=" + base::to_text(*shot.surface.voxel * ratio));
+  if (o.dimension == 3 && shot.surface.radius) sets.push_back("surface.radius=" + base::to_text(*shot.surface.radius * ratio));
+  return sets;
+}
+
+}  // namespace app

@@ -1,0 +1,30 @@
+#pragma once
+// Runs of a shot as `polypic` makes them, in directories of a study, and what their run.json says.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/study/cost.h"
+#include "app/study/measured.h"
+
+namespace app {
+
+/// The shot with `sets` over it, simulated up to a frame.
+struct ShotRun {
+  std::filesystem::path shot, out;
+  Overrides overrides;             // of the order and of the variant
+  std::int64_t last = 1;           // frame
+  int threads = 1;
+};
+
+/// Simulates in a process of its own, unless it is there already; an empty document and `failure` where it could not.
+MeasuredRun simulate(const ShotRun&, std::string& failure);
+/// Surface, if the shot has one, and picture of the frame, unless they are there; says why not, or nothing.
+std::string make_picture(const ShotRun&, std::int64_t frame, bool has_surface);
+/// Of all its files.
+std::int64_t disk_bytes(const std::filesystem::path& folder);
+
+/// "sim.cell=..." and what else must grow with it, for a cell that is about 1 / `share` of the shot's and parts its domain; empty where there is none.
+std::vector<std::string> coarser(const Shot&, double share);
+
+}  // namespace app

@@ -1,0 +1,25 @@
+#pragma once
+// What the table of problems (sim/problem.cpp) makes.
+#include <memory>
+
+#include "sim/problem.h"
+
+namespace sim {
+
+std::unique_ptr<Problem> make_taylor_green_2d();
+std::unique_ptr<Problem> make_taylor_green_3d();
+std::unique_ptr<Problem> make_rigid_rotation_2d();
+std::unique_ptr<Problem> make_rigid_rotation_3d();
+std::unique_ptr<Problem> make_vortex_ring();
+std::unique_ptr<Problem> make_hydrostatic_2d();
+std::unique_ptr<Problem> make_hydrostatic_3d();
+std::unique_ptr<Problem> make_spinning_disk_2d();
+std::unique_ptr<Problem> make_spinning_sphere_3d();
+std::unique_ptr<Problem> make_released_square();
+std::unique_ptr<Problem> make_bar_wave();
+std::unique_ptr<Problem> make_slope_block();
+
+/// What most problems ask of a scene: its solver and dimension, and nothing in the way. Empty when it is so.
+std::string plain_objection(const Scene&, bool is_solid, std::int64_t dimension);
+
+}  // namespace sim

@@ -1,0 +1,201 @@
+// Solids with known answers: spin, release, waves, a slope.
+#include <algorithm>
+#include <cmath>
+
+#include "sim/problems/followed.h"
+#include "sim/problems/problems.h"
+
+namespace sim {
+
+std::string plain_objection(const Scene& scene, bool is_solid, std::int64_t dimension) {
+  if (scene.options.is_solid() != is_solid) return is_solid ? "needs sim.solver = \"solid\"" : "needs sim.solver = \"fluid\"";
+  if (scene.options.dimension != dimension) return dimension == 2 ? "has two dimensions" : "has three dimensions";
+  if (scene.bodies.size() != 1) return "has one body";
+  if (!scene.colliders.empty()) return "has no colliders";
+  return "";
+}
+
+namespace {
+
+constexpr double kFps = 20;
+
+std::string periodic_sides(int dimension) {
+  std::string sides = R"(boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic")";
+  return sides + (dimension == 3 ? R"(, z_lower = "periodic", z_upper = "periodic" })" : " }") + "\n";
+}
+
+/// Lame's parameters of the only body [Pa].
+struct Stiffness {
+  double lambda, mu, bulk;
+  explicit Stiffness(const Material& m)
+      : lambda(m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson))), mu(m.young / (2 * (1 + m.poisson))), bulk(lambda + 2 * mu / 3) {}
+};
+
+int frames_in(double time, double fps) { return std::max(1, int(std::ceil(time * fps - 1e-9))); }
+
+/// A disk, or a sphere, let go while it spins. Energy and angular momentum stay; the mean of J - 1 over a long time is what the spin asks for:
+/// rho w^2 R^2 / (4 (lambda + mu)) of a disk in plane strain, 2 rho w^2 R^2 / (15 K) of a sphere.
+class Spinning final : public Problem {
+ public:
+  explicit Spinning(int dimension) : dimension_(dimension) {}
+  void params(base::Params& p) override { p("time", time_, "s", "until when; a turn takes 1.57", base::above(0)); }
+  std::string shot() const override {
+    const bool flat = dimension_ == 2;
+    return std::string("[sim]\nsolver = \"solid\"\nprecision = \"double\"\n") + (flat ? "dimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.03125\n" : "domain = [[0, 0, 0], [0.625, 0.625, 0.625]]\ncell = 0.0625\n") +
+           periodic_sides(dimension_) + "[[body]]\nname = \"disk\"\nmaterial = { model = \"neo_hookean\", density = 1, young = 200, poisson = 0.3 }\n" +
+           (flat ? "shape = { sphere = { center = [0.5, 0.5], radius = 0.2 } }\nspin = 4\n"
+                 : "shape = { sphere = { center = [0.3125, 0.3125, 0.3125], radius = 0.2 } }\nspin = [0, 0, 4]\n");
+  }
+  std::string objection(const Scene& scene) const override {
+    if (std::string plain = plain_objection(scene, true, dimension_); !plain.empty()) return plain;
+    if (!scene.bodies[0].shape.sphere || scene.bodies[0].spin.isZero(0)) return "needs a sphere that spins";
+    return scene.effects.empty() ? "" : "has no effects";
+  }
+  ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
+    const auto simulation = make_simulation(scene, kFps);
+    double swelling = 0;
+    int seen = 0;
+    ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger, [&](const Totals&) { swelling += mean_swelling(simulation->state()), ++seen; });
+    const Body& body = scene.bodies[0];
+    const Stiffness stiff(body.solid);
+    const double push = body.solid.density * body.spin.squaredNorm() * std::pow(body.shape.sphere->radius, 2);
+    const double known = dimension_ == 2 ? push / (4 * (stiff.lambda + stiff.mu)) : 2 * push / (15 * stiff.bulk);
+    result.errors.volume = std::abs(swelling / seen - known);
+    return result;
+  }
+
+ private:
+  /// J - 1, mean over the particles: 1 + the gradients' first-order and higher parts, without the 1.
+  double mean_swelling(const State& state) const {
+    const std::vector<double> d = column_of(state, "deformation");
+    const std::size_t width = width_of(state, "deformation");
+    double sum = 0;
+    for (std::size_t k = 0; k < d.size(); k += width) {
+      Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
+      for (int i = 0; i < dimension_; ++i)
+        for (int j = 0; j < dimension_; ++j) f(i, j) += d[k + std::size_t(i * dimension_ + j)];
+      sum += f.determinant() - 1;
+    }
+    return sum / double(d.size() / width);
+  }
+  int dimension_;
+  double time_ = 4;
+};
+
+/// The energy test of [PolyPIC S6]: a square, pressed together by a tenth each way and let go.
+class Released final : public Problem {
+ public:
+  void params(base::Params& p) override { p("time", time_, "s", "until when; it swings with a period of about 0.04", base::above(0)); }
+  std::string shot() const override {
+    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.03125\n" + periodic_sides(2) +
+           "[[body]]\nname = \"square\"\nshape = { box = [[0.375, 0.375], [0.625, 0.625]] }\nmaterial = { model = \"neo_hookean\", density = 1, young = 200, poisson = 0.3 }\n";
+  }
+  std::string objection(const Scene& scene) const override {
+    if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
+    if (scene.bodies[0].solid.plasticity != Plasticity::none) return "needs a material that keeps its energy: plasticity = \"none\"";
+    return scene.effects.empty() ? "" : "has no effects";
+  }
+  ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
+    const auto simulation = make_simulation(scene, kOften);
+    State state = simulation->state();
+    std::vector<double> d = column_of(state, "deformation");
+    for (std::size_t k = 0; k < d.size(); k += width_of(state, "deformation")) d[k] = d[k + 3] = -0.1;
+    set_column(state, "deformation", d);
+    simulation->restore(state);
+    return follow(*simulation, frames_in(time_, kOften), ledger);
+  }
+
+ private:
+  static constexpr double kOften = 200;   // [1/s]
+  double time_ = 0.25;
+};
+
+/// A standing wave in a bar that is held at its sides: v = sin(k x) at t = 0, without strain; sound goes as fast as sqrt((lambda + 2 mu) / rho).
+class BarWave final : public Problem {
+ public:
+  void params(base::Params& p) override { p("amplitude", amplitude_, "1", "greatest speed over that of sound", base::between(0, 0.1)); }
+  std::string shot() const override {
+    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1.6, 0.4]]\ncell = 0.05\nseeding = \"regular\"\n" + periodic_sides(2) +
+           "[[body]]\nname = \"bar\"\nshape = { box = [[0, 0], [1.6, 0.4]] }\nmaterial = { model = \"fixed_corotated\", density = 1000, young = 1e5, poisson = 0.3 }\n";
+  }
+  std::string objection(const Scene& scene) const override {
+    if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
+    return scene.effects.empty() && scene.options.periodic(0) && scene.options.periodic(1) ? "" : "needs periodic sides and no effects";
+  }
+  ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
+    const double length = scene.options.domain.size().x(), sound = std::sqrt((Stiffness(scene.bodies[0].solid).lambda + 2 * Stiffness(scene.bodies[0].solid).mu) / scene.bodies[0].solid.density);
+    const double period = length / sound, wave = 2 * M_PI * scene.options.cell / length;
+    const auto simulation = make_simulation(scene, kFrames / period);
+    State state = simulation->state();
+    std::vector<double> v = column_of(state, "coefficients");
+    const std::size_t row = width_of(state, "coefficients");
+    const std::vector<double> start = places_of(state, 0);
+    for (std::size_t p = 0; p < start.size(); ++p) v[p * row] = amplitude_ * sound * std::sin(wave * start[p]);
+    set_column(state, "coefficients", v);
+    simulation->restore(state);
+    std::vector<double> share;   // of the velocity in sin(k x), frame by frame
+    ProblemResult result = follow(*simulation, kFrames * 9 / 4, ledger, [&](const Totals&) {
+      const State now = simulation->state();
+      const std::vector<double> velocity = column_of(now, "coefficients"), x = places_of(now, 0);
+      double sum = 0;
+      for (std::size_t p = 0; p < x.size(); ++p) sum += velocity[p * row] * std::sin(wave * x[p]);
+      share.push_back(sum);
+    });
+    std::vector<double> zeros;   // [frames]; the first is off by half a step: velocity and strain are half a step apart
+    for (std::size_t f = 1; f < share.size(); ++f)
+      if (share[f] * share[f - 1] < 0) zeros.push_back(double(f) - 1 + share[f - 1] / (share[f - 1] - share[f]));
+    result.errors.position = zeros.size() < 4 ? 1 : std::abs(1.5 * kFrames / (zeros[3] - zeros[0]) - 1);
+    return result;
+  }
+
+ private:
+  static constexpr int kFrames = 200;   // in a period
+  double amplitude_ = 1e-4;
+};
+
+/// A block on a slope, seen from the slope: gravity leans by the angle. It slides by g (sin - mu cos) t^2 / 2, and friction takes mu m g cos for each metre.
+class Slope final : public Problem {
+ public:
+  void params(base::Params& p) override { p("time", time_, "s", "until when; it must not have reached the end of the slope", base::above(0)); }
+  std::string shot() const override {
+    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1.6, 0.4]]\ncell = 0.025\nboundary = { friction = 0.3 }\n"
+           "[[body]]\nname = \"block\"\nshape = { box = [[0.1, 0], [0.3, 0.1]] }\nmaterial = { model = \"fixed_corotated\", density = 1000, young = 1e6, poisson = 0.3 }\n"
+           "[[effect]]\nkind = \"gravity\"\nacceleration = [4.905, -8.4957]\n";   // 30 degrees
+  }
+  std::string objection(const Scene& scene) const override {
+    if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
+    if (scene.effects.size() != 1 || scene.options.boundary[1][0] != Side::separating) return "needs gravity and a separating floor";
+    const base::Vec3 g = scene.effects[0].acceleration;
+    return g.x() > -scene.options.wall_friction * g.y() && g.y() < 0 ? "" : "needs a slope that is steeper than friction holds";
+  }
+  ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
+    const auto simulation = make_simulation(scene, kFps);
+    const base::Vec3 g = scene.effects[0].acceleration;
+    const auto middle = [&] {
+      double sum = 0;
+      const std::vector<double> x = places_of(simulation->state(), 0);
+      for (const double at : x) sum += at;
+      return scene.options.cell * sum / double(x.size());
+    };
+    const double from = middle(), before = whole_energy(simulation->totals());
+    ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger);
+    const double friction = -scene.options.wall_friction * g.y(), t = result.time.back(), way = 0.5 * (g.x() - friction) * t * t;
+    const Totals end = simulation->totals();
+    result.errors.position = std::abs((middle() - from) / way - 1);
+    result.errors.energy = std::abs(whole_energy(end) - before + end.mass * friction * way) / (end.mass * g.x() * way);
+    return result;
+  }
+
+ private:
+  double time_ = 0.5;
+};
+
+}  // namespace
+
+std::unique_ptr<Problem> make_spinning_disk_2d() { return std::make_unique<Spinning>(2); }
+std::unique_ptr<Problem> make_spinning_sphere_3d() { return std::make_unique<Spinning>(3); }
+std::unique_ptr<Problem> make_released_square() { return std::make_unique<Released>(); }
+std::unique_ptr<Problem> make_bar_wave() { return std::make_unique<BarWave>(); }
+std::unique_ptr<Problem> make_slope_block() { return std::make_unique<Slope>(); }
+
+}  // namespace sim

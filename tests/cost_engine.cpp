@@ -1,0 +1,169 @@
+// The engine of `polypic cost`: which variants are tried, what is worth its time, how results are written.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/study/distance.h"
+#include "app/study/front.h"
+#include "app/study/measured.h"
+#include "app/study/study_files.h"
+#include "app/study/variants.h"
+#include "base/error.h"
+#include "sim/fluid/seeding.h"
+#include "sim/problems/taylor_green.h"
+
+namespace {
+
+using namespace app;
+
+TEST(CostVariants, AreTheCrossProductWithoutWhatSaysNothing) {
+  const std::vector<Sets> all = combinations({parse_vary("sim.transfer=pic,apic,polypic"), parse_vary("sim.modes=4,full"), parse_vary("sim.splitting=lie,reflection")});
+  EXPECT_EQ(all.size(), 2u + 2u + 4u);   // modes are polypic's alone
+  for (const Sets& sets : all) EXPECT_EQ(sets.size(), sets[0].second == "polypic" ? 3u : 2u);
+  EXPECT_EQ(parse_vary("effect.1.acceleration=[0, -9.81],[0, -1.62]").values, (std::vector<std::string>{"[0, -9.81]", "[0, -1.62]"}));
+  EXPECT_EQ(parse_vary("body.a.look=\"x,y\"").values.size(), 1u);
+  for (const char* wrong : {"sim.cell", "=1", "sim.cell=", "sim.cell=1,,2"}) EXPECT_THROW(parse_vary(wrong), base::Error) << wrong;
+}
+
+TEST(CostVariants, AreCalledByWhatWasVaried) {
+  sim::Options o;
+  o.modes.count = 4, o.splitting = sim::Splitting::reflection, o.cell = 0.04;
+  EXPECT_EQ(label_of(o, {{"sim.modes", "4"}}), "polypic 4 linear reflection");
+  EXPECT_EQ(label_of(o, {{"sim.cfl", "2"}, {"sim.cell", "0.04"}}), "cfl 2 cell 0.04");
+  o.transfer = sim::Transfer::apic, o.splitting = sim::Splitting::lie;
+  EXPECT_EQ(label_of(o, {{"sim.transfer", "apic"}, {"sim.cell", "0.04"}}), "apic linear cell 0.04");
+}
+
+Variant rung(const std::string& label, double error, std::vector<double> seconds) {
+  Variant v;
+  v.label = label, v.part = "all", v.transfer = "apic", v.kernel = "linear", v.cell = 0.1, v.cfl = 1;
+  v.errors[Measure::energy] = error;
+  v.seconds = std::move(seconds);
+  sum_up_seconds(v);
+  return v;
+}
+
+Study ladder() {
+  Study study;
+  study.subject = "test";
+  study.cases = {{"all", Measure::energy, {}, {}}};
+  study.variants = {rung("fast", .5, {1.0, 1.1, 1.02}), rung("tied", .4, {1.05, 1.0, 1.08}), rung("wasteful", .45, {3, 3.1, 3.05}), rung("good", .01, {4, 4.2, 4.1}),
+                    rung("best", .008, {9, 9.5, 9.2})};
+  study.variants.push_back(rung("broken", 0, {}));
+  study.variants.back().failure = "g2p: particle 3 is not finite, \"they say\"";
+  return study;
+}
+
+TEST(CostFront, HoldsWhatNothingElseBeatsAndCallsTiesTies) {
+  Study study = ladder();
+  judge(study);
+  std::vector<std::string> front;
+  for (const Variant& v : study.variants)
+    if (v.pareto) front.push_back(v.label);
+  EXPECT_EQ(front, (std::vector<std::string>{"tied", "good", "best"}));   // as fast as "fast" within the spread, and nearer to the truth
+  EXPECT_EQ(study.variants[0].ties, (std::vector<std::string>{"tied"}));
+  EXPECT_TRUE(study.variants[3].ties.empty());
+  EXPECT_DOUBLE_EQ(study.variants[0].seconds_median, 1.02);
+  EXPECT_DOUBLE_EQ(study.variants[0].seconds_min, 1.0);
+  const auto& said = study.cases[0].sentences;
+  EXPECT_EQ(said[0], "Best value: good, with an error of energy of 0.01 in 4.1 s.");
+  EXPECT_EQ(said[1], "The next rung, best, costs 2.2 times the time and leaves 0.8 of the error.");
+  EXPECT_EQ(said[2], "The rung below, tied, takes 0.26 of the time and has 40 times the error.");
+}
+
+TEST(CostFiles, HaveTheColumnsOfTheContractAndARowAVariant) {
+  Study study = ladder();
+  judge(study);
+  const std::string csv = csv_text(study);
+  EXPECT_TRUE(csv.starts_with("variant,transfer,modes,kernel,splitting,cell,cfl,error_energy,error_position,error_vorticity,error_volume,error_surface,error_image,"
+                              "seconds_median,seconds_min,cpu_seconds,peak_bytes,disk_bytes,pareto,case,error_velocity,seconds_max,failure\r\n"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+  EXPECT_NE(csv.find("\r\ntied,apic,,linear,,0.1,1,0.4,,,,,,1.05,1,"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",\"g2p: particle 3 is not finite, \"\"they say\"\"\"\r\n"), std::string::npos) << csv;
+  const auto json = study_json(study);
+  ASSERT_EQ(json.at("variants").size(), 6u);
+  EXPECT_EQ(json.at("variants")[1].at("error_energy"), 0.4);
+  EXPECT_EQ(json.at("variants")[1].at("pareto"), true);
+  EXPECT_FALSE(json.at("variants")[1].contains("error_image"));
+  EXPECT_FALSE(json.at("variants")[5].contains("pareto"));
+  EXPECT_EQ(json.at("cases")[0].at("decides"), "energy");
+  EXPECT_EQ(json.at("schema"), 1);
+}
+
+// A step that gathers twice, as a fault would.
+TEST(CostPasses, ShowTwiceTheCallsOfAPassThatWorksTwice) {
+  sim::Scene scene;
+  scene.options.dimension = 2;
+  scene.options.domain = {base::Vec3::Zero(), base::Vec3(1, 1, 0)};
+  scene.options.cell = 1.0 / 32;
+  scene.options.particles_per_cell = 4;
+  scene.options.boundary = {std::array{sim::Side::periodic, sim::Side::periodic}, std::array{sim::Side::periodic, sim::Side::periodic}};
+  sim::Body all;
+  all.shape.box = scene.options.domain;
+  scene.bodies = {all};
+  const sim::Lattice<2> lattice({32, 32}, {true, true});
+  const sim::Solids<2> solids(scene, lattice);
+  const auto calls = [&](int gathers) {
+    sim::FluidStep<2, double> step(scene.options, solids, false);
+    auto particles = sim::seed_particles<2, double>(scene, lattice, solids, int(step.transfer().modes().size()));
+    base::Ledger ledger;
+    for (int s = 0; s < 5; ++s) {
+      step.scatter(particles, ledger);
+      step.project(0.01, base::Vec3::Zero(), ledger);
+      for (int g = 0; g < gathers; ++g) step.gather({}, particles, ledger);
+      step.move(0.01, particles, ledger);
+    }
+    MeasuredRun run = measured({}, ledger);
+    run["peak_bytes"] = 1;
+    Variant v;
+    take_runs({{run, run}, {}}, v);
+    return v.passes;
+  };
+  const auto once = calls(1), twice = calls(2);
+  EXPECT_EQ(once.at("g2p").calls, 5);
+  EXPECT_EQ(twice.at("g2p").calls, 10);
+  EXPECT_EQ(once.at("p2g").calls, twice.at("p2g").calls);
+}
+
+sim::Frame cloud(std::size_t count, double shift) {
+  sim::Frame f;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double u = std::fmod(0.5 + 0.7548776662466927 * double(i), 1), v = std::fmod(0.5 + 0.5698402909980532 * double(i), 1), w = (double(i) + 0.5) / double(count);
+    f.position.emplace_back(float(0.2 + 0.3 * u + shift), float(0.2 + 0.3 * v), float(0.2 + 0.3 * w));
+    f.velocity.emplace_back(float(-(0.2 + 0.3 * v)), float(0.2 + 0.3 * u), 0.f);
+  }
+  return f;
+}
+
+TEST(CostDistance, OfACloudThatIsMovedIsTheWayItWent) {
+  const Projections here(cloud(4000, 0), 3);
+  EXPECT_EQ(here.distance(here), 0);
+  EXPECT_NEAR(here.distance(Projections(cloud(4000, 0.1), 3)), 0.1, 0.003);
+  EXPECT_LT(here.distance(Projections(cloud(500, 0), 3)), 0.01);   // fewer particles of the same cloud are the same cloud
+  EXPECT_NEAR(Projections(cloud(4000, 0), 2).distance(Projections(cloud(4000, 0.1), 2)), 0.1, 0.003);
+}
+
+TEST(CostDistance, OfAFlowFromItsSlowerTwinIsWhatItLost) {
+  sim::Options o;
+  o.domain = {base::Vec3::Zero(), base::Vec3(0.8, 0.8, 0.8)};
+  o.cell = 0.025;
+  sim::Frame turning = cloud(14000, 0), slower = turning;
+  for (base::Vec3f& v : slower.velocity) v *= 0.75f;
+  const VorticityGrid whole(turning, o, 0.05);
+  EXPECT_NEAR(whole.distance(VorticityGrid(slower, o, 0.05)).value(), 0.25, 1e-4);
+  EXPECT_EQ(whole.distance(whole).value(), 0);
+  EXPECT_FALSE(VorticityGrid({}, o, 0.05).distance(whole).has_value());
+}
+
+TEST(CostDistance, OfTwoPlanesIsTheGapBetweenThem) {
+  const auto plane = [](float height, float step) {
+    surface::Mesh mesh;
+    for (float x = 0; x < 1; x += step)
+      for (float y = 0; y < 1; y += step) mesh.position.emplace_back(x, y, height), mesh.normal.emplace_back(0.f, 0.f, 1.f);
+    return mesh;
+  };
+  EXPECT_NEAR(surface_distance(plane(0, 0.02f), plane(0.015f, 0.031f), 0.1).value(), 0.015, 1e-6);   // not to the nearest vertex, which is farther
+  EXPECT_FALSE(surface_distance(plane(0, 0.1f), {}, 0.1).has_value());
+}
+
+}  // namespace
