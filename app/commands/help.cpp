@@ -99,7 +99,7 @@ cost.csv and cost.json. Exit code 6: a variant could not run.
   --set KEY=VALUE     changes a key of all variants; problem.KEY of a problem
   --quality Q         draft, normal, high or extreme: of the shot that the others are compared with
   --frames 1-N        of a shot: the frames that are simulated (default: all)
-  --repeats N         runs of each variant's clock (default: 5 of a problem, 2 of a shot)
+  --repeats N         runs of each variant's clock (default: 3 of a problem, 2 of a shot)
   --out DIR           default: out/cost/NAME
   --threads N         default: all cores
   --single            runs a problem once as --set makes it, and prints what it measured as JSON

@@ -20,7 +20,7 @@ struct CostOrder {
   std::optional<FrameRange> frames;    // of shots
   std::filesystem::path out;           // the study's directory
   int threads = 1;
-  std::optional<int> repeats;          // of each variant's clock; 5 for problems, 2 for shots
+  std::optional<int> repeats;          // of each variant's clock; 3 for problems, 2 for shots
   std::string command;                 // as typed
 };
 

@@ -13,7 +13,7 @@
 namespace app {
 namespace {
 
-constexpr int kRepeats = 5;
+constexpr int kRepeats = 3;
 constexpr std::string_view kOwn = "problem.";
 
 /// A case with the sets that make it.

@@ -190,14 +190,9 @@ class ShotStudy {
     if (!shot_.has_pictures) return;
     for (Trial* const t : all()) {
       const ShotRun run = run_of(*t, folder_of(*t));
-      for (const std::int64_t frame : pictures_) {
-        const std::string failure = make_picture(run, frame, has_surface());
-        if (!failure.empty()) {
-          t->variant.failure = failure;
-          break;
-        }
-        t->variant.pictures.push_back({frame, Folder(run.out).image(frame, ".png")});
-      }
+      t->variant.failure = app::make_pictures(run, pictures_);
+      if (!t->variant.ran()) continue;
+      for (const std::int64_t frame : pictures_) t->variant.pictures.push_back({frame, Folder(run.out).image(frame, ".png")});
       progress_.line("drawn  " + t->variant.label);
     }
   }

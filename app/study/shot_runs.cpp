@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "app/stages/folder.h"
+#include "app/stages/interrupt.h"
+#include "app/stages/picture.h"
 #include "app/stages/record.h"
 #include "app/study/child.h"
 #include "base/error.h"
@@ -16,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> words_of(const std::string& command, const ShotRun& run, const std::string& frames) {
-  std::vector<std::string> words = {command, run.shot.string(), "--quiet", "--out", run.out.string(), "--frames", frames, "--threads", std::to_string(run.threads)};
+std::vector<std::string> words_of(const ShotRun& run) {
+  std::vector<std::string> words = {"simulate", run.shot.string(), "--quiet", "--out", run.out.string(), "--frames", "1-" + std::to_string(run.last), "--threads", std::to_string(run.threads)};
   if (run.overrides.quality) words.insert(words.end(), {"--quality", *run.overrides.quality});
   for (const std::string& set : run.overrides.sets) words.insert(words.end(), {"--set", set});
   return words;
@@ -58,19 +60,31 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
 }  // namespace
 
 MeasuredRun simulate(const ShotRun& run, std::string& failure) {
-  failure = run_child(words_of("simulate", run, "1-" + std::to_string(run.last))).failure;
+  failure = run_child(words_of(run)).failure;
   if (!failure.empty()) return {};
   return measured_from(Folder(run.out), run.last);
 }
 
-std::string make_picture(const ShotRun& run, std::int64_t frame, bool has_surface) {
+std::string make_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
   const Folder folder(run.out);
-  std::error_code none;
-  if (fs::exists(folder.image(frame, ".png"), none)) return "";
-  const std::string number = std::to_string(frame);
-  if (has_surface)
-    if (const std::string failure = run_child(words_of("surface", run, number)).failure; !failure.empty()) return failure;
-  return run_child(words_of("render", run, number)).failure;
+  const auto is_there = [&](std::int64_t frame) {
+    std::error_code none;
+    return fs::exists(folder.image(frame, ".png"), none);
+  };
+  if (std::all_of(frames.begin(), frames.end(), is_there)) return "";
+  try {
+    const Shot shot = read_shot(run.shot, run.overrides);
+    PictureMaker maker(shot, folder, stage_hashes(shot), run.threads);
+    for (const std::int64_t frame : frames) {
+      if (is_there(frame)) continue;
+      stop_if_signalled();
+      if (shot.scene.options.dimension == 3) maker.surface(frame);
+      maker.render(frame);
+    }
+  } catch (const base::Error& e) {
+    return base::to_line(e.complaint());
+  }
+  return "";
 }
 
 std::int64_t disk_bytes(const fs::path& folder) {

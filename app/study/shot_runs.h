@@ -19,8 +19,8 @@ struct ShotRun {
 
 /// Simulates in a process of its own, unless it is there already; an empty document and `failure` where it could not.
 MeasuredRun simulate(const ShotRun&, std::string& failure);
-/// Surface, if the shot has one, and picture of the frame, unless they are there; says why not, or nothing.
-std::string make_picture(const ShotRun&, std::int64_t frame, bool has_surface);
+/// Surfaces, in three dimensions, and pictures of the frames, unless they are there; says why not, or nothing.
+std::string make_pictures(const ShotRun&, const std::vector<std::int64_t>& frames);
 /// Of all its files.
 std::int64_t disk_bytes(const std::filesystem::path& folder);
 
