@@ -29,3 +29,6 @@ target_link_libraries(step_instructions PRIVATE polypic_sim)
 add_test(NAME plan_instructions CONFIGURATIONS full
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/step_instructions.py ${CMAKE_CURRENT_BINARY_DIR}/instructions $<TARGET_FILE:polypic>)
 set_tests_properties(plan_instructions PROPERTIES LABELS slow TIMEOUT 300)
+# Opens reports in headless Chromium.
+add_test(NAME report_in_browser CONFIGURATIONS full COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/browser.py $<TARGET_FILE:polypic>)
+set_tests_properties(report_in_browser PROPERTIES LABELS slow TIMEOUT 300)

@@ -60,8 +60,9 @@ CasePlots plots_of(const Study& study, const StudyCase& part) {
   return all;
 }
 
+/// Median and half the spread.
 Cell seconds_cell(const Variant& v) {
-  return {number("%.3g", v.seconds_median) + " (" + number("%.3g", v.seconds_min) + " - " + number("%.3g", v.seconds_max) + ")", v.seconds_median};
+  return {number("%.3g", v.seconds_median) + " ± " + number("%.2g", (v.seconds_max - v.seconds_min) / 2), v.seconds_median};
 }
 
 /// Numbers of variants within their cases, from 1: names are long.
@@ -84,14 +85,14 @@ std::string ties_of(const Study& study, const Variant& variant, const std::map<c
 void add_table(Page& page, const Study& study) {
   std::vector<std::string> columns;
   if (study.cases.size() > 1) columns.push_back("case");
-  columns.insert(columns.end(), {"number", "variant", "seconds (least - most)", "CPU seconds"});
+  columns.insert(columns.end(), {"#", "variant", "seconds [s]", "CPU seconds [s]"});
   std::vector<Measure> measures;
   for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
     if (std::any_of(study.variants.begin(), study.variants.end(), [&](const Variant& v) { return v.errors.value[m].has_value(); })) {
       measures.push_back(static_cast<Measure>(m));
       columns.push_back("error of " + std::string(kMeasureNames[m]));
     }
-  columns.insert(columns.end(), {"steps", "memory [MB]", "front", "ties"});
+  columns.insert(columns.end(), {"memory [MB]", "front", "ties"});
   const auto numbers = numbered(study);
   std::vector<std::vector<Cell>> rows;
   for (const Variant& v : study.variants) {
@@ -104,7 +105,6 @@ void add_table(Page& page, const Study& study) {
       row.push_back(seconds_cell(v));
       row.emplace_back(number("%.3g", v.cpu_seconds), v.cpu_seconds);
       for (const Measure m : measures) row.push_back(v.errors[m] ? Cell(*v.errors[m]) : Cell());
-      row.emplace_back(static_cast<double>(v.steps));
       row.emplace_back(number("%.0f", static_cast<double>(v.peak_bytes) / 1e6), static_cast<double>(v.peak_bytes));
       row.emplace_back(v.pareto ? "yes" : "");
       row.emplace_back(ties_of(study, v, numbers));
@@ -115,8 +115,8 @@ void add_table(Page& page, const Study& study) {
     rows.push_back(std::move(row));
   }
   page.table(columns, rows,
-             "A click on a head sorts. On the front (bold): nothing that was tried is both nearer to the truth and faster. Ties: those of the same case "
-             "that are as fast, within the spread.");
+             "A click on a head sorts. Seconds are medians and half the spread. On the front (bold): nothing that was tried is both nearer "
+             "to the truth and faster. Ties: those of the same case that are as fast, within the spread.");
 }
 
 void add_frames(Page& page, const Study& study) {

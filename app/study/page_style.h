@@ -20,7 +20,7 @@ inline constexpr std::string_view kPageStyle = R"(:root { --ink: #1d2227; --soft
 * { box-sizing: border-box; }
 html { color-scheme: light dark; }
 body { margin: 0; background: var(--paper); color: var(--ink); font: 17px/1.5 "DejaVu Sans", Verdana, "Segoe UI", sans-serif; }
-main { max-width: 1240px; margin: 0 auto; padding: 40px 32px 64px; }
+main { max-width: 1320px; margin: 0 auto; padding: 40px 32px 64px; }
 h1 { font-size: 34px; line-height: 1.2; margin: 0 0 6px; }
 h2 { font-size: 23px; margin: 44px 0 12px; padding-top: 18px; border-top: 1px solid var(--line); }
 p { max-width: 90ch; margin: 8px 0; }
@@ -39,7 +39,7 @@ figcaption { padding: 9px 16px; color: var(--soft); font-size: 15px; border-top:
 .pair { margin: 18px 0; display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 18px; }
 .wide { overflow-x: auto; background: var(--card); border: 1px solid var(--line); border-radius: 6px; margin: 14px 0; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; font-variant-numeric: tabular-nums; }
-caption { text-align: left; padding: 10px 14px; color: var(--soft); }
+caption { white-space: normal; text-align: left; padding: 10px 14px; color: var(--soft); }
 th { text-align: left; border-bottom: 2px solid var(--line); padding: 0; vertical-align: bottom; }
 th button { all: unset; cursor: pointer; display: block; box-sizing: border-box; width: 100%; padding: 9px 10px; font-weight: bold; font-size: 13px; line-height: 1.3; }
 th button:hover, th button:focus-visible { background: var(--mark); }
