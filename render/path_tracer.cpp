@@ -108,6 +108,7 @@ struct PathTracer::Impl {
   void each_pixel_of(std::int64_t number, const Visit& visit) const;
   void pass(const Shot&, const std::vector<std::int64_t>& numbers, std::int64_t first, std::int64_t last, Film&);
   void trace(const trace::Camera&, std::int64_t frame, Film&, base::Ledger&);
+  Image picture(const trace::Camera&, std::int64_t frame, base::Ledger&);
   std::int64_t tiles_across() const { return (options.width + kTile - 1) / kTile; }
   std::int64_t tiles() const { return tiles_across() * ((options.height + kTile - 1) / kTile); }
 
@@ -252,14 +253,30 @@ Image PathTracer::trace(const surface::Mesh& mesh, const Grains& grains, std::in
     const auto pass = ledger.pass("bvh", bytes_of(mesh) + bytes_of(grains));
     m.arena.execute([&] { m.geometry.set_frame(mesh, grains, camera.exposure()); });
   }
-  const Options& o = m.options;
+  return m.picture(camera, frame, ledger);
+}
+
+Image PathTracer::trace_bodies(const std::vector<surface::Mesh>& meshes, const Grains& grains, std::int64_t frame, base::Ledger& ledger) {
+  Impl& m = *impl_;
+  const trace::Camera camera(m.setting, frame);
+  {
+    auto pass = ledger.pass("bvh", bytes_of(grains));
+    for (const surface::Mesh& mesh : meshes) pass.count(bytes_of(mesh));
+    m.arena.execute([&] { m.geometry.set_bodies(meshes, grains, camera.exposure()); });
+  }
+  return m.picture(camera, frame, ledger);
+}
+
+/// Of the scene as it is set.
+Image PathTracer::Impl::picture(const trace::Camera& camera, std::int64_t frame, base::Ledger& ledger) {
+  const Options& o = options;
   const auto pixels = static_cast<std::size_t>(o.width * o.height);
   Film film{.image = {.width = o.width, .height = o.height, .channels = kChannels, .pixels = std::vector<float>(pixels * kChannels.size())},
             .squares = std::vector<float>(o.noise ? pixels : 0), .moments = std::vector<float>(o.denoise == "none" ? 0 : pixels * kMoments)};
-  m.trace(camera, frame, film, ledger);
+  trace(camera, frame, film, ledger);
   if (o.denoise == "none") return std::move(film.image);
   const auto pass = ledger.pass("denoise", static_cast<std::int64_t>(film.moments.size() * sizeof(float)));
-  m.arena.execute([&] { add_layer(image::denoise(estimates(film)), film.image); });
+  arena.execute([&] { add_layer(image::denoise(estimates(film)), film.image); });
   return std::move(film.image);
 }
 

@@ -134,7 +134,7 @@ struct Setting {
   std::vector<sim::Collider> colliders;                     // drawn with their looks
   std::vector<SetPiece> sets;
   std::string liquid_look = "water";
-  std::vector<std::string> body_looks;                      // of grains, by their body; bodies beyond have liquid_look
+  std::vector<std::string> body_looks;                      // of solids, by body; bodies beyond have liquid_look
   bool shows_tension = false;                               // pressures may be below 0: those of solids
   std::vector<std::string> materials;                       // by body, as a preview's legend calls them
   double fps = 24;                                          // [1/s]
@@ -148,6 +148,9 @@ struct Setting {
   /// What trace() needs of a frame: a mesh where some body is drawn as a surface, grains where some body is drawn as grains.
   bool draws_surface() const;
   bool draws_grains() const;
+  bool is_grains(std::size_t body) const;
+  /// Whether each body is drawn with a surface of its own, or as grains: where bodies differ in their looks, and not all are grains.
+  bool parts_bodies() const;
 };
 
 /// Particles drawn as they are: balls with the look of their body, each a little lighter or darker by its id. All arrays have the
@@ -164,7 +167,7 @@ Grains grains_of(sim::Frame);
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
 /// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
-/// ground, 2 the liquid, then the colliders, the set, the bodies drawn as grains) samples, and denoised.R denoised.G denoised.B
+/// ground, 2 the liquid or the solids around which there is one surface, then the colliders, the set, the bodies drawn as grains or with surfaces of their own) samples, and denoised.R denoised.G denoised.B
 /// where options.denoise asks for them. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
@@ -192,6 +195,8 @@ class PathTracer {
   Image trace(const surface::Mesh&, std::int64_t frame, base::Ledger&);
   /// With particles among it. 10 million take 1.5 GB.
   Image trace(const surface::Mesh&, const Grains&, std::int64_t frame, base::Ledger&);
+  /// Where setting.parts_bodies(): a mesh a body, none of those drawn as grains.
+  Image trace_bodies(const std::vector<surface::Mesh>&, const Grains&, std::int64_t frame, base::Ledger&);
 
  private:
   struct Impl;

@@ -150,6 +150,21 @@ bool draws(const Setting& setting, const std::string& as) {
 bool Setting::draws_surface() const { return draws(*this, "surface"); }
 bool Setting::draws_grains() const { return draws(*this, "grains"); }
 
+bool Setting::is_grains(std::size_t body) const {
+  const auto look = looks.find(body < body_looks.size() ? body_looks[body] : liquid_look);
+  return look != looks.end() && look->second.draw == "grains";
+}
+
+bool Setting::parts_bodies() const {
+  if (dimension != 3) return false;
+  bool differ = false, grains = true;
+  for (std::size_t body = 0; body < body_looks.size(); ++body) {
+    differ = differ || body_looks[body] != body_looks.front();
+    grains = grains && is_grains(body);
+  }
+  return differ && !grains;
+}
+
 void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
   p.table("preview", "previews", [&](base::Params& q) { preview.params(q); });

@@ -21,6 +21,7 @@ std::span<const base::EffectRow<Task>> effect_rows() {
       {"velocity grid", {"surface.vel_name"}, [](const Task& t) { return t.dimension == 3; }, {"velocity"}},
       {"smoothing", {"surface.smooth"}, [](const Task& t) { return t.dimension == 3 && t.options.smooth > 0; }, {"smooth"}},
       {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }, {"rasterize<solids"}},
+      {"surfaces by body", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.parts_bodies; }, {"rasterize"}},
   };
   return rows;
 }

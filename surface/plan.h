@@ -12,6 +12,7 @@ struct Task {
   Options options;
   std::int64_t dimension = 3;   // in two dimensions there is no surface
   bool has_solids = false;      // colliders that the level set goes on into
+  bool parts_bodies = false;    // each has a surface of its own
 };
 std::span<const base::EffectRow<Task>> effect_rows();
 std::span<const base::PassRow> pass_rows();

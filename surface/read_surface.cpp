@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "surface/files/names.h"
 #include "surface/files/vdb_file.h"
 #include "surface/mesh/quads.h"
 #include "surface/mesh/walls.h"
@@ -15,6 +16,8 @@ namespace surface {
 namespace {
 
 using base::Vec3f;
+using files::kSurface;
+using files::name_of_body;
 using openvdb::Vec3d;
 
 Vec3f to_eigen(const openvdb::Vec3f& v) { return {v[0], v[1], v[2]}; }
@@ -39,14 +42,11 @@ void split_edges(const std::vector<std::uint8_t>& walls, Mesh& mesh) {
   }
 }
 
-}  // namespace
-
-Mesh read_surface(const std::filesystem::path& path, const Options& options, base::Ledger& ledger) {
-  auto timer = ledger.pass("mesh");
-  const files::Contents contents = files::read(path);
-  const openvdb::FloatGrid::Ptr level = files::find<openvdb::FloatGrid>(contents, "surface");
-  if (!level || level->getGridClass() != openvdb::GRID_LEVEL_SET) base::throw_input(path.string(), "has no level set named surface");
-  const openvdb::Vec3SGrid::Ptr velocity = files::find<openvdb::Vec3SGrid>(contents, options.vel_name);
+/// Of the grids called `name` and `vel_name`.
+Mesh mesh_of(const files::Contents& contents, const std::string& name, const std::string& vel_name, const std::filesystem::path& path) {
+  const openvdb::FloatGrid::Ptr level = files::find<openvdb::FloatGrid>(contents, name);
+  if (!level || level->getGridClass() != openvdb::GRID_LEVEL_SET) base::throw_input(path.string(), "has no level set named " + name);
+  const openvdb::Vec3SGrid::Ptr velocity = files::find<openvdb::Vec3SGrid>(contents, vel_name);
   const std::optional<mesh::Walls> walls = mesh::walls_of(*level);
   const mesh::Quads quads = mesh::quads_of(*level);
 
@@ -71,8 +71,31 @@ Mesh read_surface(const std::filesystem::path& path, const Options& options, bas
   result.quads.reserve(quads.quads.size());
   for (const openvdb::Vec4I& q : quads.quads) result.quads.push_back({q[0], q[1], q[2], q[3]});
   split_edges(on, result);
-  timer.count(std::int64_t(std::filesystem::file_size(path) + result.position.size() * 3 * sizeof(Vec3f) + result.quads.size() * sizeof(result.quads[0])));
   return result;
+}
+
+std::int64_t bytes_of(const Mesh& mesh) { return static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(Vec3f) + mesh.quads.size() * sizeof(mesh.quads[0])); }
+
+}  // namespace
+
+Mesh read_surface(const std::filesystem::path& path, const Options& options, base::Ledger& ledger) {
+  auto timer = ledger.pass("mesh");
+  Mesh mesh = mesh_of(files::read(path), kSurface, options.vel_name, path);
+  timer.count(std::int64_t(std::filesystem::file_size(path)) + bytes_of(mesh));
+  return mesh;
+}
+
+std::vector<Mesh> read_surfaces(const std::filesystem::path& path, const Options& options, const std::vector<std::string>& bodies, base::Ledger& ledger) {
+  auto timer = ledger.pass("mesh");
+  const files::Contents contents = files::read(path);
+  std::vector<Mesh> meshes(bodies.size());
+  timer.count(std::int64_t(std::filesystem::file_size(path)));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].empty()) continue;
+    meshes[i] = mesh_of(contents, name_of_body(kSurface, bodies[i]), name_of_body(options.vel_name, bodies[i]), path);
+    timer.count(bytes_of(meshes[i]));
+  }
+  return meshes;
 }
 
 }  // namespace surface

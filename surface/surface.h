@@ -30,6 +30,7 @@ struct Room {
   base::Box domain;   // [m] walls; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
   std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
+  std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 
 /// OpenVDB PointDataGrid "points": P and v float (no lossy codec, Blosc), id int64, pscale, and what else the frame holds (body int32; pressure,
@@ -38,7 +39,9 @@ void write_points(const std::filesystem::path&, const sim::Frame&, base::Ledger&
 /// What write_points wrote, in ascending id; throws base::Error ("PATH: reason") on anything else.
 sim::Frame read_points(const std::filesystem::path&);
 
-/// FloatGrid "surface" (level set, half, Blosc) and Vec3 grid `vel_name` in m/s. Atomic. A frame without particles gives empty grids.
+/// FloatGrid "surface" (level set, half, Blosc) and Vec3 grid `vel_name` in m/s. Where bodies have surfaces of their own these are the union of
+/// theirs, and the velocity of the body that is nearer; then come "surface_NAME" and "vel_NAME" of each, made from its particles alone. Atomic. A
+/// frame, or a body, without particles gives empty grids.
 void write_surface(const std::filesystem::path&, const sim::Frame&, const Options&, const Room&, base::Ledger&);
 
 /// The zero set as quads with smooth normals; world metres, counter-clockwise seen from outside. Where a wall cuts the free
@@ -48,6 +51,8 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 4>> quads;      // a triangle repeats its last vertex
 };
 Mesh read_surface(const std::filesystem::path&, const Options&, base::Ledger&);
+/// Of each body that is named its own, in that order; an empty name gives an empty mesh.
+std::vector<Mesh> read_surfaces(const std::filesystem::path&, const Options&, const std::vector<std::string>& bodies, base::Ledger&);
 
 /// One grid of a .vdb file, for `info`.
 struct GridInfo {

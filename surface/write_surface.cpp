@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "surface/field/level_set.h"
+#include "surface/files/names.h"
 #include "surface/files/vdb_file.h"
 #include "surface/surface.h"
 
@@ -38,78 +40,140 @@ openvdb::math::Transform::Ptr make_transform(const field::Lattice& lattice) {
 
 openvdb::Coord first_voxel(const field::Index3& block) { return {block[0] * field::kBlock, block[1] * field::kBlock, block[2] * field::kBlock}; }
 
-openvdb::FloatGrid::Ptr level_set_grid(const field::Blocks& blocks, const field::Field& distance, const field::Lattice& lattice) {
-  const float background = kBand * float(lattice.voxel);
-  auto grid = openvdb::FloatGrid::create(background);
-  grid->setName("surface");
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  for (std::size_t b = 0; b < blocks.count(); ++b) {
-    const float* d = distance.data() + b * field::kVoxels;
-    if (std::none_of(d, d + field::kVoxels, [](float x) { return std::fabs(x) < kBand; })) continue;
-    auto* leaf = grid->tree().touchLeaf(first_voxel(blocks.coordinate[b]));
-    for (openvdb::Index v = 0; v < field::kVoxels; ++v)
-      if (std::fabs(d[v]) < kBand) leaf->setValueOn(v, d[v] * float(lattice.voxel));
-      else leaf->setValueOff(v, std::copysign(background, d[v]));
+/// What surfacing makes of particles.
+struct Fields {
+  field::Blocks blocks;
+  field::Field distance;                   // [voxels]
+  std::array<field::Field, 3> velocity;    // [m/s]
+};
+
+/// The same, as it is written.
+struct Grids {
+  openvdb::FloatGrid::Ptr level;
+  openvdb::Vec3SGrid::Ptr velocity;
+};
+
+/// Distances in all; `fields` arrays of them.
+std::int64_t bytes_of(const field::Field& distance, std::int64_t fields) { return fields * std::int64_t(distance.size() * sizeof(float)); }
+
+Fields fields_of(const sim::Frame& frame, const Options& options, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
+  const field::Scale scale = make_scale(frame, options, room, lattice.voxel);
+  field::Cloud cloud;
+  Fields made;
+  field::Field limit;
+  {
+    auto timer = ledger.pass("rasterize", std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
+    cloud = field::make_cloud(frame, room, lattice, scale);
+    made.blocks = field::make_blocks(cloud, scale);
+    field::Spheres spheres = field::rasterize(cloud, field::company(cloud, made.blocks, scale), made.blocks, scale);
+    made.distance = std::move(spheres.surface), limit = std::move(spheres.limit);
+    timer.count(bytes_of(made.distance, 2));
   }
-  openvdb::tools::signedFloodFill(grid->tree());
-  return grid;
+  {
+    const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
+    made.distance = field::distance_from_crossings(made.blocks, made.distance);
+  }
+  if (options.smooth > 0) {
+    const auto timer = ledger.pass("smooth", bytes_of(made.distance, 2 * 2 * options.smooth + 5));   // read and written by each pass, twice; clamped
+    made.distance = field::smooth(made.blocks, made.distance, static_cast<int>(options.smooth), scale.search, limit);
+  }
+  {
+    const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
+    made.distance = field::distance_from_slope(made.blocks, made.distance);
+    const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
+    field::cut(made.blocks, base::Vec3f(0, 0, -kBelow), upper, made.distance);
+  }
+  const auto timer = ledger.pass("velocity", bytes_of(made.distance, 4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
+  made.velocity = field::velocity(cloud, made.blocks, made.distance, kBand, scale.search);
+  return made;
 }
 
-openvdb::Vec3SGrid::Ptr velocity_grid(const field::Blocks& blocks, const field::Field& distance, const std::array<field::Field, 3>& velocity, const std::string& name) {
-  auto grid = openvdb::Vec3SGrid::create();
-  grid->setName(name);
-  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  for (std::size_t b = 0; b < blocks.count(); ++b) {
-    const float* d = distance.data() + b * field::kVoxels;
+Grids new_grids(const field::Lattice& lattice) {
+  Grids grids{openvdb::FloatGrid::create(kBand * float(lattice.voxel)), openvdb::Vec3SGrid::create()};
+  grids.level->setGridClass(openvdb::GRID_LEVEL_SET);
+  grids.velocity->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  return grids;
+}
+
+Grids grids_of(const Fields& fields, const field::Lattice& lattice) {
+  Grids grids = new_grids(lattice);
+  const float background = grids.level->background();
+  for (std::size_t b = 0; b < fields.blocks.count(); ++b) {
+    const float* d = fields.distance.data() + b * field::kVoxels;
     if (std::none_of(d, d + field::kVoxels, [](float x) { return std::fabs(x) < kBand; })) continue;
-    auto* leaf = grid->tree().touchLeaf(first_voxel(blocks.coordinate[b]));
-    for (openvdb::Index v = 0; v < field::kVoxels; ++v)
-      if (const std::size_t at = b * field::kVoxels + v; std::fabs(d[v]) < kBand)
-        leaf->setValueOn(v, openvdb::Vec3f(velocity[0][at], velocity[1][at], velocity[2][at]));
+    auto* level = grids.level->tree().touchLeaf(first_voxel(fields.blocks.coordinate[b]));
+    auto* velocity = grids.velocity->tree().touchLeaf(first_voxel(fields.blocks.coordinate[b]));
+    for (openvdb::Index v = 0; v < field::kVoxels; ++v) {
+      const std::size_t at = b * field::kVoxels + v;
+      if (std::fabs(d[v]) < kBand) {
+        level->setValueOn(v, d[v] * float(lattice.voxel));
+        velocity->setValueOn(v, openvdb::Vec3f(fields.velocity[0][at], fields.velocity[1][at], fields.velocity[2][at]));
+      } else {
+        level->setValueOff(v, std::copysign(background, d[v]));
+      }
+    }
   }
-  return grid;
+  openvdb::tools::signedFloodFill(grids.level->tree());
+  return grids;
+}
+
+/// Around all bodies: the least of their distances, and the velocity of the body it is of.
+Grids united(const std::vector<Grids>& bodies, const field::Lattice& lattice) {
+  Grids all = new_grids(lattice);
+  const float background = all.level->background();
+  std::set<openvdb::Coord> places;
+  for (const Grids& body : bodies)
+    for (auto leaf = body.level->tree().cbeginLeaf(); leaf; ++leaf) places.insert(leaf->origin());
+  for (const openvdb::Coord& place : places) {
+    std::array<float, field::kVoxels> least;
+    std::array<const Grids*, field::kVoxels> nearest = {};
+    least.fill(background);
+    for (const Grids& body : bodies) {
+      const auto* leaf = body.level->tree().probeConstLeaf(place);
+      const float elsewhere = leaf ? 0 : body.level->tree().getValue(place);   // one value, where no surface of this body is near
+      for (openvdb::Index v = 0; v < field::kVoxels; ++v)
+        if (const float d = leaf ? leaf->getValue(v) : elsewhere; d < least[v]) least[v] = d, nearest[v] = &body;
+    }
+    if (std::none_of(least.begin(), least.end(), [&](float d) { return std::fabs(d) < background; })) continue;
+    auto* level = all.level->tree().touchLeaf(place);
+    auto* velocity = all.velocity->tree().touchLeaf(place);
+    for (openvdb::Index v = 0; v < field::kVoxels; ++v)
+      if (std::fabs(least[v]) < background) {
+        level->setValueOn(v, least[v]);
+        velocity->setValueOn(v, nearest[v]->velocity->tree().probeConstLeaf(place)->getValue(v));
+      } else {
+        level->setValueOff(v, least[v]);
+      }
+  }
+  openvdb::tools::signedFloodFill(all.level->tree());
+  return all;
+}
+
+/// The particles of one body.
+sim::Frame part_of(const sim::Frame& frame, std::size_t body) {
+  sim::Frame part;
+  part.number = frame.number, part.time = frame.time, part.pscale = frame.pscale;
+  for (std::size_t i = 0; i < frame.position.size(); ++i) {
+    if ((frame.body.empty() ? 0 : frame.body[i]) != body) continue;
+    part.position.push_back(frame.position[i]);
+    part.velocity.push_back(frame.velocity[i]);
+    part.id.push_back(frame.id[i]);
+  }
+  return part;
 }
 
 }  // namespace
 
 void write_surface(const std::filesystem::path& path, const sim::Frame& frame, const Options& options, const Room& room, base::Ledger& ledger) {
   const field::Lattice lattice = {room.domain.lower, options.voxel.value_or(room.cell / 2)};
-  const field::Scale scale = make_scale(frame, options, room, lattice.voxel);
-  field::Cloud cloud;
-  field::Blocks blocks;
-  field::Field distance, limit;
-  std::array<field::Field, 3> velocity;
-  const auto bytes_of = [&](std::int64_t fields) { return fields * std::int64_t(distance.size() * sizeof(float)); };
-  {
-    auto timer = ledger.pass("rasterize", std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
-    cloud = field::make_cloud(frame, room, lattice, scale);
-    blocks = field::make_blocks(cloud, scale);
-    field::Spheres spheres = field::rasterize(cloud, field::company(cloud, blocks, scale), blocks, scale);
-    distance = std::move(spheres.surface), limit = std::move(spheres.limit);
-    timer.count(bytes_of(2));
-  }
-  {
-    const auto timer = ledger.pass("rebuild", bytes_of(2));
-    distance = field::distance_from_crossings(blocks, distance);
-  }
-  if (options.smooth > 0) {
-    const auto timer = ledger.pass("smooth", bytes_of(2 * 2 * options.smooth + 5));   // read and written by each pass, twice; clamped
-    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), scale.search, limit);
-  }
-  {
-    const auto timer = ledger.pass("rebuild", bytes_of(2));
-    distance = field::distance_from_slope(blocks, distance);
-    const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
-    field::cut(blocks, base::Vec3f(0, 0, -kBelow), upper, distance);
-  }
-  {
-    const auto timer = ledger.pass("velocity", bytes_of(4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
-    velocity = field::velocity(cloud, blocks, distance, kBand, scale.search);
-  }
-  auto timer = ledger.pass("write_surface", bytes_of(4));
+  std::vector<Fields> made;
+  if (room.bodies.empty()) made.push_back(fields_of(frame, options, room, lattice, ledger));
+  for (std::size_t body = 0; body < room.bodies.size(); ++body) made.push_back(fields_of(part_of(frame, body), options, room, lattice, ledger));
+
+  auto timer = ledger.pass("write_surface");
   openvdb::GridCPtrVec grids;
-  for (const openvdb::GridBase::Ptr& grid : {openvdb::GridBase::Ptr(level_set_grid(blocks, distance, lattice)),
-                                             openvdb::GridBase::Ptr(velocity_grid(blocks, distance, velocity, options.vel_name))}) {
+  const auto add = [&](const openvdb::GridBase::Ptr& grid, const std::string& name) {
+    grid->setName(name);
     grid->setTransform(make_transform(lattice));
     grid->setSaveFloatAsHalf(true);
     grid->setCreator("polypic");
@@ -118,6 +182,18 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
     grid->insertMeta("cut_lower", openvdb::Vec3DMetadata(to_vdb(room.domain.lower - base::Vec3(0, 0, kBelow * lattice.voxel))));
     grid->insertMeta("cut_upper", openvdb::Vec3DMetadata(to_vdb(room.domain.upper)));
     grids.push_back(grid);
+  };
+  std::vector<Grids> parts;
+  for (const Fields& fields : made) {
+    parts.push_back(grids_of(fields, lattice));
+    timer.count(bytes_of(fields.distance, 4));
+  }
+  const Grids all = room.bodies.empty() ? parts.front() : united(parts, lattice);
+  add(all.level, files::kSurface);
+  add(all.velocity, options.vel_name);
+  for (std::size_t body = 0; body < room.bodies.size(); ++body) {
+    add(parts[body].level, files::name_of_body(files::kSurface, room.bodies[body]));
+    add(parts[body].velocity, files::name_of_body(options.vel_name, room.bodies[body]));
   }
   files::write(path, grids, {});
   timer.count(std::int64_t(std::filesystem::file_size(path)));

@@ -19,6 +19,9 @@ inline const std::string kTank = one_body(kRoom, "water", "[[0, 0, 0], [0.4, 0.4
 inline const std::string kFlatTank = one_body(kSheet, "water", "[[0, 0], [0.4, 0.2]]", kFlatPicture);
 inline const std::string kBlock = one_body(kSolid + kRoom, "block", "[[0.1, 0.1, 0], [0.4, 0.3, 0.2]]", kSmallPicture);
 inline const std::string kPlate = one_body(kSolid + kSheet, "block", "[[0.1, 0.1], [0.4, 0.2]]", kFlatPicture);
+inline std::string more_body(const std::string& name, const std::string& box, const std::string& material) {
+  return "[[body]]\nname = \"" + name + "\"\nshape = { box = " + box + " }\nmaterial = \"" + material + "\"\n";
+}
 inline const std::string kGravity = "[[effect]]\nkind = \"gravity\"\n";
 
 inline std::string ball(const std::string& name, const std::string& center, double radius) {
@@ -96,6 +99,7 @@ inline std::vector<SmallShot> small_shots() {
       {"solid_snow", kBlock + kGravity, {"body.block.material=snow", "body.block.transfer=flip"}},
       {"solid_liquid", kBlock + kGravity, {"body.block.material=water_mpm", "sim.boundary={z_lower=\"sticky\",x_lower=\"slip\"}"}},
       {"solid_fixed", kBlock + kGravity, {"body.block.material={volume_averaging=true}", "body.block.carry=fixed", "body.block.modes=8"}},
+      {"solid_looks", kBlock + kGravity + more_body("lump", "[[0.5, 0.1, 0], [0.7, 0.3, 0.1]]", "clay") + more_body("heap", "[[0.1, 0.1, 0.25], [0.3, 0.3, 0.35]]", "dry_sand")},
       {"flat_solid", kPlate + kGravity},
       {"flat", kFlatTank},
       {"flat_falling", kFlatTank + kGravity + kDisc},

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/scratch_folder.h"
 #include "render/files/mesh.h"
+#include "render/trace/scene.h"
 #include "tests/render_scenes.h"
 
 namespace {
@@ -218,6 +219,124 @@ TEST(Grains, AreRefusedWhenNotFinite) {
   } catch (const base::Error& e) {
     EXPECT_EQ(e.complaint().code, base::Exit::fault);
     EXPECT_NE(std::string(e.what()).find("grain 20000 has no finite position and velocity"), std::string::npos) << e.what();
+  }
+}
+
+namespace {
+
+/// White, red and sand: two balls to the left and right, a grain between them, a collider far to the right.
+render::Setting three_bodies() {
+  render::Setting setting = stage();
+  setting.body_looks = {"left", "right", "sand"};
+  setting.liquid_look = "left";
+  setting.looks["left"] = {.color = Vec3::Ones()};
+  setting.looks["right"] = {.color = Vec3(1, 0, 0)};
+  setting.looks["sand"] = {.color = Vec3(0, 0, 1), .draw = "grains", .grain_variation = 0};
+  setting.colliders.resize(1);
+  setting.colliders[0].shape.sphere = sim::Shape::Sphere{Vec3(0.75, 0, 0.1), 0.02};
+  return setting;
+}
+
+std::vector<surface::Mesh> two_balls(const Vec3f& velocity = Vec3f::Zero()) {
+  std::vector<surface::Mesh> meshes = {sphere_mesh(Vec3(-0.5, 0, 0.5), 0.2), sphere_mesh(Vec3(0.4, 0, 0.5), 0.2), {}};
+  meshes[1].velocity.assign(meshes[1].velocity.size(), velocity);
+  return meshes;
+}
+
+/// A grain of each body: those of bodies with a mesh are in front of it.
+render::Grains three_grains() {
+  return {.position = {Vec3f(-0.5f, -0.5f, 0.5f), Vec3f(0.4f, -0.5f, 0.5f), Vec3f(0, 0, 0.5f)}, .velocity = std::vector<Vec3f>(3, Vec3f::Zero()), .id = {0, 1, 2}, .body = {0, 1, 2}, .radius = 0.1};
+}
+
+render::Image traced(const render::Setting& setting, const std::vector<surface::Mesh>& meshes, const render::Grains& grains) {
+  base::Ledger ledger;
+  return render::PathTracer(setting, 2).trace_bodies(meshes, grains, 1, ledger);
+}
+
+}  // namespace
+
+TEST(Bodies, OfSeveralLooksHaveSurfacesOfTheirOwn) {
+  render::Setting setting = three_bodies();
+  EXPECT_TRUE(setting.parts_bodies());
+  setting.body_looks = {"left", "left"};
+  EXPECT_FALSE(setting.parts_bodies()) << "one surface around both";
+  setting.looks["other"] = setting.looks["sand"];
+  setting.body_looks = {"sand", "other"};
+  EXPECT_FALSE(setting.parts_bodies()) << "no surface at all";
+  setting.body_looks = {"sand", "left"};
+  EXPECT_TRUE(setting.parts_bodies());
+  setting.dimension = 2;
+  EXPECT_FALSE(setting.parts_bodies());
+}
+
+// Sky, ground, liquid, the collider, then the bodies in the order of the shot, grains among them.
+TEST(Bodies, AreDrawnEachWithItsLookMotionAndId) {
+  const render::Image image = traced(three_bodies(), two_balls(Vec3f(12, 0, -6)), three_grains());
+  const std::array<std::int64_t, 3> at = {30, 120, 80};
+  const std::array<Vec3, 3> color = {Vec3(1, 1, 1), Vec3(1, 0, 0), Vec3(0, 0, 1)};
+  for (std::size_t body = 0; body < 3; ++body) {
+    EXPECT_EQ(channel(image, "id", at[body], 50), 4 + static_cast<double>(body));
+    EXPECT_NEAR(channel(image, "albedo.R", at[body], 50), color[body].x(), 1e-6);
+    EXPECT_NEAR(channel(image, "albedo.G", at[body], 50), color[body].y(), 1e-6);
+    EXPECT_NEAR(channel(image, "albedo.B", at[body], 50), color[body].z(), 1e-6);
+  }
+  EXPECT_EQ(channel(image, "motion.X", 30, 50), 0);
+  EXPECT_NEAR(channel(image, "motion.X", 120, 50), 50 * 5 / 4.8, 0.6);   // as wide as the ball is deep
+  EXPECT_NEAR(channel(image, "motion.Y", 120, 50), -25 * 5 / 4.8, 0.6);
+  EXPECT_NEAR(channel(image, "Z", 30, 50), 4.8, 0.01) << "a body with a mesh was drawn as grains, too";
+  EXPECT_GT(channel(image, "N.Y", 30, 50), -1.001);
+  EXPECT_LT(channel(image, "N.Y", 30, 50), -0.95);
+}
+
+TEST(Bodies, BlurByTheirOwnVelocity) {
+  render::Setting setting = three_bodies();
+  setting.camera.shutter = 0.5;
+  const render::Image still = traced(setting, two_balls(), {}), moving = traced(setting, two_balls(Vec3f(12, 0, 0)), {});
+  const auto partly = [&](const render::Image& image, std::int64_t x0, std::int64_t x1) {   // pixels along a row that a ball covers for a part of the time
+    int count = 0;
+    for (std::int64_t x = x0; x < x1; ++x) count += channel(image, "albedo.R", x, 50) > 0.05 && channel(image, "albedo.R", x, 50) < 0.95;
+    return count;
+  };
+  EXPECT_LE(partly(still, 90, 160), 6);
+  EXPECT_GT(partly(moving, 90, 160), 35);   // 25 pixels at each edge
+  EXPECT_EQ(partly(moving, 0, 60), partly(still, 0, 60));
+}
+
+TEST(Bodies, ComeAndGoFrameAfterFrame) {
+  const render::Setting setting = three_bodies();
+  base::Ledger ledger;
+  render::PathTracer tracer(setting, 2);
+  tracer.trace_bodies({{}, {}, {}}, doubled_heap(), 1, ledger);
+  tracer.trace_bodies({two_balls()[1], {}, {}}, three_grains(), 1, ledger);
+  EXPECT_EQ(tracer.trace_bodies(two_balls(), three_grains(), 1, ledger).pixels, traced(setting, two_balls(), three_grains()).pixels);
+}
+
+// Of equal priority a collider displaces bodies, a later body an earlier one; a higher priority displaces all.
+TEST(Bodies, DisplaceEachOtherByPriority) {
+  render::Setting setting = three_bodies();
+  setting.looks["left"] = setting.looks["right"] = {.model = "dielectric"};
+  setting.colliders[0].look = "glass";
+  const render::trace::Scene scene = render::trace::make_scene(setting);
+  const auto rank = [](const render::trace::Scene& s, int id) { return s.rank[static_cast<std::size_t>(id - 2)]; };
+  EXPECT_LT(rank(scene, 4), rank(scene, 5));
+  EXPECT_LT(rank(scene, 5), rank(scene, 3));
+  EXPECT_EQ(rank(scene, 6), -1) << "sand";
+  setting.looks["left"].priority = 1;
+  const render::trace::Scene other = render::trace::make_scene(setting);
+  EXPECT_GT(rank(other, 4), rank(other, 3));
+}
+
+// Sixty-four media are told apart: bodies that share a surface are one.
+TEST(Bodies, OfOneLookAreOneMedium) {
+  render::Setting setting = three_bodies();
+  setting.body_looks.assign(100, "jelly");
+  EXPECT_EQ(render::trace::make_scene(setting).surface_of.size(), 0u) << "what is around all is of the liquid's look";
+  setting.body_looks.push_back("left");
+  try {
+    render::trace::make_scene(setting);
+    FAIL() << "100 media";
+  } catch (const base::Error& e) {
+    EXPECT_EQ(std::string(e.what()), "look: 100 dielectric surfaces; at most 64 are told apart");
   }
 }
 

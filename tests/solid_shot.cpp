@@ -64,13 +64,34 @@ TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
     {"material = \"water\"\n", "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
                               "or \"water_mpm\", or a table with preset and keys"},
     {"modes = 4\ntransfer = \"apic\"\n", "x.toml:6:9: body.cube.modes = 4: needs transfer = \"polypic\""},
-    {"look = \"steel\"\n[[body]]\nname = \"other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
-     "x.toml:10:8: body.other.look = \"clay\": bodies drawn as a surface must all have the same look; those drawn as grains may each have their own"},
+    {"look = \"steel\"\n[[body]]\nname = \"the other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
+     "x.toml:8:8: body.2.name = \"the other\": must be letters, digits, _ or -, and begin with a letter"},   // of grids, too
+    {"[surface]\nvel_name = \"surface_cube\"\n", "x.toml:7:12: surface.vel_name = \"surface_cube\": must be a name other than surface, and not begin with surface_"},
   };
   for (const auto& [text, expected] : table) EXPECT_EQ(line(kSolid + text), expected) << text;
   EXPECT_EQ(line(kSolid, {"sim.kernel=linear"}),
             "--set sim.kernel=linear: sim.kernel = \"linear\": solids need the quadratic kernel: forces of the linear one jump from cell to cell");
   EXPECT_EQ(line(kLeast + "spin = [0, 0, 1]\n"), "x.toml:4:1: body.column.spin: has no effect with the other values given here");
+}
+
+// Whether each body gets a surface of its own is the surface stage's business, which looks they have is not.
+TEST_F(SolidShot, HasASurfaceForEachBodyWhereLooksDiffer) {
+  const auto two = [&](const std::string& first, const std::string& second) {
+    return read(kSolid + "look = \"" + first + "\"\n[[body]]\nname = \"other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"" + second + "\"\n");
+  };
+  const app::Shot same = two("clay", "clay"), differ = two("clay", "steel"), grains = two("dry_sand", "wet_sand"), mixed = two("clay", "wet_sand");
+  EXPECT_FALSE(same.render.parts_bodies());
+  EXPECT_TRUE(differ.render.parts_bodies());
+  EXPECT_FALSE(grains.render.parts_bodies());
+  EXPECT_TRUE(mixed.render.parts_bodies());
+  EXPECT_FALSE(mixed.render.is_grains(0));
+  EXPECT_TRUE(mixed.render.is_grains(1));
+  const auto surface = [](const app::Shot& shot) { return app::stage_text(shot, "surface"); };
+  EXPECT_EQ(surface(same), surface(grains));
+  EXPECT_EQ(surface(differ), surface(mixed));
+  EXPECT_NE(surface(same), surface(differ));
+  EXPECT_EQ(app::changed_keys(same.resolved, differ, "surface").size(), 1u);
+  EXPECT_EQ(app::stage_text(same, "simulate"), app::stage_text(differ, "simulate"));
 }
 
 // A body from a mesh: read, placed, part of what the simulation is made from; what is open or missing is one line.

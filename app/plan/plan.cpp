@@ -28,7 +28,7 @@ std::span<const base::PassRow> own_pass_rows() {
 }
 
 surface::Task surface_task(const Shot& shot) {
-  return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty()};
+  return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(), .parts_bodies = shot.render.parts_bodies()};
 }
 
 std::vector<std::string> parts_of(std::string_view key) {

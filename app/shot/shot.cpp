@@ -63,11 +63,6 @@ Reading read_text(std::string_view text, const std::string& file, const Override
 
 std::string look_of(const sim::Body& body) { return body.look.empty() ? body.material : body.look; }
 
-bool is_grainy(const std::map<std::string, render::Look>& looks, const std::string& look) {
-  const auto found = looks.find(look);
-  return found != looks.end() && found->second.draw == "grains";
-}
-
 void require_look(base::Params& p, const std::map<std::string, render::Look>& looks, const std::string& look, const std::string& key) {
   std::string names;
   for (const auto& [name, unused] : looks) names += (names.empty() ? "" : ", ") + name;
@@ -171,6 +166,7 @@ Node stage_keys(const Shot& shot, const std::string& stage) {
     take("effect");
   } else if (stage == "surface") {
     take("surface");
+    if (shot.render.parts_bodies()) keys.at("body").at("look") = make_node(std::string("several"));   // which they are matters to the pictures alone
   } else {
     assert((stage == "render" || stage == "preview") && "there are four stages");
     for (const auto section : {"render", "camera", "light", "look", "set"}) take(section);
@@ -221,9 +217,7 @@ void Shot::params(base::Params& p) {
     if (flat) continue;
     require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
     const bool same = look_of(body) == look_of(scene.bodies.front());
-    if (!scene.options.is_solid()) p.require(same, key + ".look", "one liquid has one look: all bodies must have the same");
-    else p.require(same || (is_grainy(render.looks, look_of(body)) && is_grainy(render.looks, look_of(scene.bodies.front()))), key + ".look",
-                   "bodies drawn as a surface must all have the same look; those drawn as grains may each have their own");
+    p.require(same || scene.options.is_solid(), key + ".look", "one liquid has one look: all bodies must have the same");
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const sim::Collider& collider = scene.colliders[i];

@@ -85,6 +85,8 @@ double PictureMaker::surface(std::int64_t frame) {
   Folder::make_room_for(file);
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
   for (const sim::Collider& collider : setting_at(frame).colliders) room.solids.push_back(collider.shape);
+  if (shot_.render.parts_bodies())
+    for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);
   surface::write_surface(file, points, shot_.surface, room, ledger);
   record(Stage::surface, frame, ledger, watch);
   return watch.seconds();
@@ -92,8 +94,13 @@ double PictureMaker::surface(std::int64_t frame) {
 
 render::Image PictureMaker::trace(std::int64_t frame, base::Ledger& ledger) {
   if (!tracer_ || colliders_move()) tracer_ = std::make_unique<render::PathTracer>(setting_at(frame), threads_);
-  const surface::Mesh mesh = shot_.render.draws_surface() ? surface::read_surface(folder_.surface(frame), shot_.surface, ledger) : surface::Mesh{};
   const render::Grains grains = shot_.render.draws_grains() ? render::grains_of(surface::read_points(folder_.points(frame))) : render::Grains{};
+  if (shot_.render.parts_bodies()) {
+    std::vector<std::string> names;   // of those with a mesh
+    for (const sim::Body& body : shot_.scene.bodies) names.push_back(shot_.render.is_grains(names.size()) ? "" : body.name);
+    return tracer_->trace_bodies(surface::read_surfaces(folder_.surface(frame), shot_.surface, names, ledger), grains, frame, ledger);
+  }
+  const surface::Mesh mesh = shot_.render.draws_surface() ? surface::read_surface(folder_.surface(frame), shot_.surface, ledger) : surface::Mesh{};
   return tracer_->trace(mesh, grains, frame, ledger);
 }
 

@@ -151,26 +151,37 @@ Vec3f Exposure::moved(const Vec3f& point, const Vec3f& velocity, float later) co
 }
 
 struct Geometry::Impl {
+  /// What hits on a mesh of the frame read.
+  struct Skin {
+    std::vector<CornerNormals> normals;  // a quad's
+    std::vector<Vec3f> velocities;       // [m/s] a vertex's
+    std::vector<std::array<std::uint32_t, 4>> quads;
+
+    /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
+    Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
+      const CornerNormals& corner = normals[quad];
+      const std::array<float, 4> share = corner_shares(u, v);
+      Vec3f n = Vec3f::Zero();
+      for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis) n[static_cast<int>(axis)] += share[k] * static_cast<float>(corner[k][axis]);
+      return n / std::max(1.0f, n.norm());  // corners that cancel have no direction: 0
+    }
+  };
+
   /// The grains of one body.
   struct Cloud {
     std::vector<std::uint32_t> index;  // in the frame's arrays
     std::vector<std::uint8_t> shade;   // hash of the id
   };
 
-  explicit Impl(const std::vector<Surface>& list, int count) : device(count), threads(count), surfaces(list), clouds(list.size()), scene(rtcNewScene(device.handle)) {}
+  explicit Impl(const std::vector<Surface>& list, int count) : device(count), threads(count), surfaces(list), skins(list.size()), clouds(list.size()), scene(rtcNewScene(device.handle)) {
+    first_body = static_cast<std::size_t>(std::find_if(list.begin(), list.end(), [](const Surface& s) { return s.is_body; }) - list.begin());
+  }
   ~Impl() { rtcReleaseScene(scene); }
 
-  /// Bilinear in the quad's own coordinates, so that its two triangles do not show.
-  Vec3f smooth_normal(std::uint32_t quad, float u, float v) const {
-    const CornerNormals& corner = normals[quad];
-    const std::array<float, 4> share = corner_shares(u, v);
-    Vec3f n = Vec3f::Zero();
-    for (std::size_t k = 0; k < 4; ++k)
-      for (std::size_t axis = 0; axis < 3; ++axis) n[static_cast<int>(axis)] += share[k] * static_cast<float>(corner[k][axis]);
-    return n / std::max(1.0f, n.norm());  // corners that cancel have no direction: 0
-  }
   void attach(RTCGeometry geometry, unsigned number);
-  void set_mesh(const surface::Mesh&, const Exposure&);
+  void clear_frame();
+  void set_mesh(std::size_t number, const surface::Mesh&, const Exposure&);
   void set_grains(const Grains&, const Exposure&);
   void build(int slots);
   Vec3f tint(std::uint32_t surface, std::uint32_t grain) const;
@@ -180,9 +191,8 @@ struct Geometry::Impl {
   Device device;
   int threads;
   std::vector<Surface> surfaces;
-  std::vector<CornerNormals> normals;  // a liquid quad's
-  std::vector<Vec3f> velocities;       // [m/s] a liquid vertex's
-  std::vector<std::array<std::uint32_t, 4>> quads;
+  std::size_t first_body = 0;
+  std::vector<Skin> skins;             // by surface
   const Grains* grains = nullptr;
   std::vector<Cloud> clouds;           // by surface
   RTCScene scene;
@@ -240,27 +250,33 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
 
 Geometry::~Geometry() = default;
 
-void Geometry::Impl::set_mesh(const surface::Mesh& mesh, const Exposure& exposure) {
-  normals = corner_normals(mesh);
-  velocities = mesh.velocity;
-  quads = mesh.quads;
-  if (quads.empty()) return;
-  attach(mesh_geometry(device.handle, mesh, exposure), 0);
-  of_frame.push_back(0);
+void Geometry::Impl::clear_frame() {
+  for (const unsigned number : of_frame) {
+    rtcDetachGeometry(scene, number);
+    skins[number] = {};
+  }
+  of_frame.clear();
+}
+
+void Geometry::Impl::set_mesh(std::size_t number, const surface::Mesh& mesh, const Exposure& exposure) {
+  if (mesh.quads.empty()) return;
+  skins[number] = {corner_normals(mesh), mesh.velocity, mesh.quads};
+  attach(mesh_geometry(device.handle, mesh, exposure), static_cast<unsigned>(number));
+  of_frame.push_back(static_cast<unsigned>(number));
 }
 
 void Geometry::Impl::set_grains(const Grains& given, const Exposure& exposure) {
   grains = &given;
-  const auto first = static_cast<std::size_t>(std::find_if(surfaces.begin(), surfaces.end(), [](const Surface& s) { return s.grains.has_value(); }) - surfaces.begin());
-  for (std::size_t number = first; number < surfaces.size(); ++number) clouds[number] = {};
+  for (std::size_t number = first_body; number < surfaces.size(); ++number) clouds[number] = {};
   const std::size_t count = given.position.size();
   if (count == 0) return;
   if (count > std::numeric_limits<std::uint32_t>::max()) fail(std::to_string(count) + " grains are too many");
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t body = given.body.empty() ? 0 : given.body[i];
-    clouds[std::min(first + body, surfaces.size() - 1)].index.push_back(static_cast<std::uint32_t>(i));
+    const std::size_t number = std::min(first_body + body, surfaces.size() - 1);
+    if (surfaces[number].grains) clouds[number].index.push_back(static_cast<std::uint32_t>(i));
   }
-  for (std::size_t number = first; number < surfaces.size(); ++number) {
+  for (std::size_t number = first_body; number < surfaces.size(); ++number) {
     Cloud& cloud = clouds[number];
     if (cloud.index.empty()) continue;
     cloud.shade.resize(cloud.index.size());
@@ -296,9 +312,17 @@ void Geometry::Impl::build(int slots) {
 
 void Geometry::set_frame(const surface::Mesh& mesh, const Grains& grains, const Exposure& exposure) {
   Impl& m = *impl_;
-  for (const unsigned number : m.of_frame) rtcDetachGeometry(m.scene, number);
-  m.of_frame.clear();
-  m.set_mesh(mesh, exposure);
+  m.clear_frame();
+  m.set_mesh(0, mesh, exposure);
+  m.set_grains(grains, exposure);
+  m.build(grains.position.empty() ? 1 : kBuilders);
+}
+
+void Geometry::set_bodies(const std::vector<surface::Mesh>& meshes, const Grains& grains, const Exposure& exposure) {
+  Impl& m = *impl_;
+  assert(m.first_body + meshes.size() <= m.surfaces.size() && "a mesh belongs to a body");
+  m.clear_frame();
+  for (std::size_t body = 0; body < meshes.size(); ++body) m.set_mesh(m.first_body + body, meshes[body], exposure);
   m.set_grains(grains, exposure);
   m.build(grains.position.empty() ? 1 : kBuilders);
 }
@@ -318,8 +342,8 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
   result.t = query.ray.tfar;
   result.geometric = Vec3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).normalized();
   result.shading = result.geometric;
-  if (query.hit.geomID == 0) {
-    const Vec3f smooth = m.smooth_normal(query.hit.primID, query.hit.u, query.hit.v);
+  if (const Impl::Skin& skin = m.skins[query.hit.geomID]; !skin.quads.empty()) {
+    const Vec3f smooth = skin.smooth_normal(query.hit.primID, query.hit.u, query.hit.v);
     if (smooth.dot(result.geometric) > 0) result.shading = smooth;
   }
   if (m.surfaces[query.hit.geomID].grains) result.tint = m.tint(query.hit.geomID, query.hit.primID);
@@ -334,10 +358,11 @@ Vec3f Geometry::velocity(const Hit& hit) const {
   const Impl& m = *impl_;
   const auto surface = static_cast<std::size_t>(hit.surface);
   if (m.surfaces[surface].grains) return m.grains->velocity[m.clouds[surface].index[hit.primitive]];
-  if (surface != 0) return Vec3f::Zero();
+  const Impl::Skin& skin = m.skins[surface];
+  if (skin.quads.empty()) return Vec3f::Zero();
   const std::array<float, 4> share = corner_shares(hit.u, hit.v);
   Vec3f v = Vec3f::Zero();
-  for (std::size_t k = 0; k < 4; ++k) v += share[k] * m.velocities[m.quads[hit.primitive][k]];
+  for (std::size_t k = 0; k < 4; ++k) v += share[k] * skin.velocities[skin.quads[hit.primitive][k]];
   return v;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Everything that rays meet except the ground, in a bounding volume hierarchy: the liquid and the solid colliders. Metres, world.
+// Everything that rays meet except the ground, in a bounding volume hierarchy: the liquid, solid bodies and colliders. Metres, world.
 #include <array>
 #include <memory>
 #include <optional>
@@ -25,9 +25,11 @@ struct GrainStyle {
   float variation = 0;  // [1] of brightness, to each side
 };
 
-/// Surfaces are numbered: the liquid is 0, collider i is i + 1, then come the pieces of the set and the bodies of grains.
+/// Surfaces are numbered: the liquid, or solids with one surface around them, is 0, collider i is i + 1, then come the pieces of the set and the bodies,
+/// each as grains or as a mesh of its own; the last of the bodies stands for all beyond it.
 struct Surface {
   Material material;
+  bool is_body = false;
   sim::Shape shape = {};                // of a collider
   std::optional<GrainStyle> grains = {};
   std::shared_ptr<const files::Triangles> mesh = {};  // of a set piece [m]
@@ -72,6 +74,8 @@ class Geometry {
   /// quads wins at their common edge, and follows from the number of slots for building threads: one for a mesh alone, a fixed
   /// number with grains, however many threads there are to fill them.
   void set_frame(const surface::Mesh&, const Grains&, const Exposure&);
+  /// The same with a mesh a body.
+  void set_bodies(const std::vector<surface::Mesh>&, const Grains&, const Exposure&);
 
   /// Nearest hit before `far`. `primary`: neighbouring calls have similar rays.
   bool intersect(const Ray&, float far, bool primary, Hit&) const;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 #include "render/view/view.h"
@@ -67,15 +68,17 @@ Material material_of(const Setting& setting, const std::string& look, const std:
   return material_of(found->second);
 }
 
-/// Ranks by priority; of equals, the later surface, so that a solid displaces the liquid.
+/// Ranks by priority; of equals, a collider displaces what is simulated, and the later surface an earlier one.
 void rank_media(Scene& scene) {
   scene.rank.assign(scene.surfaces.size(), -1);
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
     if (scene.surfaces[i].material.dielectric) scene.surface_of.push_back(static_cast<int>(i));
   if (scene.surface_of.size() > Media::kMost)
-    throw base::Error({.key = "collider", .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
+    throw base::Error({.key = "look", .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
   const auto priority = [&](int surface) { return scene.surfaces[static_cast<std::size_t>(surface)].material.priority; };
-  std::stable_sort(scene.surface_of.begin(), scene.surface_of.end(), [&](int a, int b) { return priority(a) < priority(b); });
+  const auto is_simulated = [&](int surface) { return surface == 0 || (scene.surfaces[static_cast<std::size_t>(surface)].is_body && !scene.surfaces[static_cast<std::size_t>(surface)].grains); };
+  const auto rank = [&](int surface) { return std::pair(priority(surface), !is_simulated(surface)); };
+  std::stable_sort(scene.surface_of.begin(), scene.surface_of.end(), [&](int a, int b) { return rank(a) < rank(b); });
   for (std::size_t k = 0; k < scene.surface_of.size(); ++k) scene.rank[static_cast<std::size_t>(scene.surface_of[k])] = static_cast<int>(k);
 }
 
@@ -100,6 +103,20 @@ std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
     if (!mesh->position[i].allFinite()) base::throw_input(piece.file.string(), "vertex " + std::to_string(i + 1) + " is not finite when scaled and translated");
   }
   return mesh;
+}
+
+/// A body as grains, as a mesh of its own, or, where there is one surface around all, as nothing.
+Surface body_of(const Setting& setting, std::size_t body) {
+  const std::string& name = body < setting.body_looks.size() ? setting.body_looks[body] : setting.liquid_look;
+  const Material material = material_of(setting, name, "body.look");
+  Surface surface;
+  surface.is_body = true;
+  if (setting.is_grains(body)) {
+    const Look& look = setting.looks.at(name);
+    surface.grains = GrainStyle{static_cast<float>(look.grain_size), static_cast<float>(look.grain_variation)};
+  }
+  if (surface.grains || (setting.parts_bodies() && body < setting.body_looks.size())) surface.material = material;
+  return surface;
 }
 
 Ground make_ground(const Setting& setting, float reach, const Vec3f& middle) {
@@ -135,12 +152,7 @@ Scene make_scene(const Setting& setting) {
     scene.surfaces.push_back({.material = material_of(setting, c.look, "collider." + c.name + ".look"), .shape = c.shape});
   for (const SetPiece& piece : setting.sets)
     scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look"), .mesh = placed(piece)});
-  for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) {
-    const std::string& name = body < setting.body_looks.size() ? setting.body_looks[body] : setting.liquid_look;
-    const Material material = material_of(setting, name, "body.look");
-    const Look& look = setting.looks.at(name);
-    scene.surfaces.push_back({.material = material, .grains = GrainStyle{static_cast<float>(look.grain_size), static_cast<float>(look.grain_variation)}});
-  }
+  for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) scene.surfaces.push_back(body_of(setting, body));
   rank_media(scene);
   tabulate_rough_boundaries(scene);
   scene.lights = make_lights(setting.lights.empty() ? default_lights(setting.domain) : setting.lights, setting.folder);
