@@ -109,7 +109,7 @@ TEST_F(RunFolder, RecordKeepsTheTotalsOfASimulation) {
   const app::Folder folder(root);
   write(folder.points(3), "points");
   app::Record r = record(Stage::simulate, "a");
-  r.totals = sim::Totals{.time = 0.1, .substeps = 4, .particles = 9, .mass = 1 / 3.0, .elastic_energy = 0.5, .linear_momentum = {1, -2, 1e-300}, .state_hash = 0xfedcba9876543210u, .imbalance = 0.125, .volume_drift = -0.25};
+  r.totals = sim::Totals{.time = 0.1, .substeps = 4, .particles = 9, .mass = 1 / 3.0, .elastic_energy = 0.5, .linear_momentum = {1, -2, 1e-300}, .state_hash = 0xfedcba9876543210u, .imbalance = 0.125, .volume_drift = -0.25, .retries = 2, .least_volume = 0.5, .most_volume = 1.5};
   app::write_record(folder, 3, r);
   const auto back = app::finished_record(folder, 3, Stage::simulate, 3, "a");
   ASSERT_TRUE(back && back->totals);
@@ -120,13 +120,15 @@ TEST_F(RunFolder, RecordKeepsTheTotalsOfASimulation) {
   EXPECT_EQ(back->totals->elastic_energy, 0.5);
   EXPECT_EQ(back->totals->volume_drift, -0.25);
   EXPECT_EQ(back->totals->imbalance, 0.125);
+  EXPECT_EQ(back->totals->least_volume, 0.5);
+  EXPECT_EQ(back->totals->retries, 2);
 }
 
 TEST_F(RunFolder, NumbersThatAreNotFiniteAreNeverWritten) {
   const app::Folder folder(root);
   write(folder.points(3), "points");
   app::Record r = record(Stage::simulate, "a");
-  r.totals = sim::Totals{.kinetic_energy = std::numeric_limits<double>::quiet_NaN(), .elastic_energy = {}, .imbalance = {}, .volume_drift = {}};
+  r.totals = sim::Totals{.kinetic_energy = std::numeric_limits<double>::quiet_NaN(), .elastic_energy = {}, .imbalance = {}, .volume_drift = {}, .least_volume = {}, .most_volume = {}};
   EXPECT_THROW(app::write_record(folder, 3, r), std::logic_error);
   EXPECT_FALSE(fs::exists(folder.record(Stage::simulate, 3)));
 }
