@@ -47,7 +47,7 @@ struct Totals {
   std::int64_t pressure_fallbacks = 0;    // solves that went on with incomplete Cholesky, since the frame before
   std::int64_t splitting_fallbacks = 0;   // steps that did not reflect because the energy rose, since the frame before
   std::optional<double> imbalance;        // [1/s] largest mean outflow that no pressure of a pocket without air could balance, since the frame before
-  EnergyChanges energy_changes;           // [J] by stage, since the frame before; empty unless sim.audit
+  EnergyChanges energy_changes = {};      // [J] by stage, since the frame before; empty unless sim.audit
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
   std::int64_t retries = 0;               // times that the watch had the frame done again
   double collider_work = 0;               // [J] what moving colliders did on a liquid, since the frame before

@@ -93,7 +93,7 @@ most (once: they are kept in $XDG_CACHE_HOME/polypic), and say what CPU time, me
 
 Variants of a shot are run at a half and a quarter of its resolution and compared with the shot as it is; PROBLEM has a known answer. Each variant
 runs in a process of its own, several times in turns. What is measured is kept: the same command measures only what is missing. Written are
-cost.csv and cost.json. Exit code 6: a variant could not run.
+cost.csv, cost.json, report.html (one page, no network needed) and its plots as plots/*.svg and *.png. Exit code 6: a variant could not run.
 
   --vary KEY=V1,V2    tries every value, of several keys all combinations (default: the ladder of schemes, from PIC to PolyPIC)
   --set KEY=VALUE     changes a key of all variants; problem.KEY of a problem
