@@ -1,0 +1,56 @@
+"""Tables and plots of studies for docs/cost-of-accuracy.md: results.py FOLDER STUDIES SUBJECT..."""
+import json
+import pathlib
+import shutil
+import sys
+
+MEASURES = ["energy", "position", "vorticity", "velocity", "volume", "surface", "image"]
+
+
+def number(value):
+    return "" if value is None else f"{value:.2g}"
+
+
+def table(study, case):
+    rows = [v for v in study["variants"] if v["case"] == case["name"]]
+    shown = [m for m in MEASURES if any("error_" + m in v for v in rows)]
+    lines = [f"**{case['name']}.** " + " ".join(s for s in case["sentences"] if s), ""]
+    lines.append("| | variant | " + " | ".join("error of " + m for m in shown) + " | seconds | CPU seconds | MB |")
+    lines.append("| --- | --- |" + " --- |" * (len(shown) + 3))
+    for v in rows:
+        if "failure" in v:
+            lines.append(f"| | {v['variant']} | could not run: {v['failure']} |" + " |" * (len(shown) + 2))
+            continue
+        errors = " | ".join(number(v.get("error_" + m)) for m in shown)
+        front = "*" if v["pareto"] else ""
+        lines.append(f"| {front} | {v['variant']} | {errors} | {number(v['seconds_median'])} | {number(v['cpu_seconds'])} | {v['peak_bytes'] / 1e6:.0f} |")
+    if case.get("noise"):
+        lines += ["", "Another seed alone makes: " + ", ".join(f"{m} {number(e)}" for m, e in case["noise"].items()) + "."]
+    return lines
+
+
+def main():
+    folder, studies, *subjects = sys.argv[1:]
+    folder, studies = pathlib.Path(folder), pathlib.Path(studies)
+    lines = ["# Results", "", "Written by docs/cost/make; [cost-of-accuracy.md](../cost-of-accuracy.md) says what they mean. `*`: on the Pareto front."]
+    for subject in subjects:
+        study = json.loads((studies / subject / "cost.json").read_text())
+        lines += ["", f"## {subject}", "", study["title"] + ".", ""]
+        lines += [f"    {study['command']}", ""]
+        lines += ["; ".join(f"{name.removeprefix('error_')}: {text}" for name, text in study["meaning"].items()) + "."]
+        for note in study["notes"]:
+            lines.append(note[0].upper() + note[1:] + ".")
+        for case in study["cases"]:
+            lines += [""] + table(study, case)
+            slug = case["name"].replace(",", "").replace(" ", "_")
+            found = sorted((studies / subject / "plots").glob(f"error_{case['decides']}*.svg"))
+            own = [f for f in found if slug in f.name] or (found if len(study["cases"]) == 1 else [])
+            if own:
+                name = f"{subject}.{slug}.svg"
+                shutil.copyfile(own[0], folder / name)
+                lines += ["", f"![Error of {case['decides']} against seconds]({name})"]
+    (folder / "results.md").write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
