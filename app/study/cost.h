@@ -1,5 +1,6 @@
 #pragma once
-// The engine of `polypic cost`: every variant runs in a process of its own, several times and in turns, and what it got wrong stands beside what it took.
+// The engine of `polypic cost`: every variant runs in a process of its own, several times and in turns, and what it got wrong stands beside what it
+// took.
 #include <filesystem>
 #include <optional>
 #include <string>

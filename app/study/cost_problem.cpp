@@ -57,7 +57,8 @@ void describe(const sim::Options& o, Variant& v) {
   v.cell = o.cell, v.cfl = o.cfl;
 }
 
-MeasuredRun run_single(const std::string& name, const CostOrder& order, const Trial& trial, const std::vector<std::string>& more, std::string& failure) {
+MeasuredRun run_single(const std::string& name, const CostOrder& order, const Trial& trial, const std::vector<std::string>& more,
+                       std::string& failure) {
   std::vector<std::string> words = {"cost", name, "--single", "--threads", std::to_string(order.threads)};
   if (order.overrides.quality) words.insert(words.end(), {"--quality", *order.overrides.quality});
   for (const auto& list : {order.overrides.sets, trial.sets, more})

@@ -49,8 +49,13 @@ constexpr std::array kByFrame{Measure::position, Measure::vorticity, Measure::su
 class ShotStudy {
  public:
   ShotStudy(const fs::path& file, const CostOrder& order, base::Progress& progress)
-      : file_(file), order_(order), progress_(progress), shot_(read_shot(file, order.overrides)), last_(order.frames ? order.frames->last : shot_.frames) {
-    if (order.frames && order.frames->first != 1) throw base::Error({.file = "--frames", .hint = "as in --frames 1-24", .message = "must begin with 1: a simulation starts there"});
+      : file_(file),
+        order_(order),
+        progress_(progress),
+        shot_(read_shot(file, order.overrides)),
+        last_(order.frames ? order.frames->last : shot_.frames) {
+    if (order.frames && order.frames->first != 1)
+      throw base::Error({.file = "--frames", .hint = "as in --frames 1-24", .message = "must begin with 1: a simulation starts there"});
     if (last_ < 2) throw base::Error({.file = "--frames", .message = "must reach to frame 2 at least: nothing has moved before"});
     if (shot_.has_pictures) more_ = {"render.width=480", "render.height=270"};
     if (shot_.has_pictures && shot_.scene.options.dimension == 3) more_.push_back("render.spp=16");
@@ -61,7 +66,8 @@ class ShotStudy {
   Study make() {
     study_.subject = shot_.name;
     study_.is_shot = true;
-    study_.title = fmt::format("{}, frames 1 to {}, against the shot as it is with a cell of {} m", shot_.name, last_, base::to_text(shot_.scene.options.cell));
+    study_.title =
+        fmt::format("{}, frames 1 to {}, against the shot as it is with a cell of {} m", shot_.name, last_, base::to_text(shot_.scene.options.cell));
     const int repeats = order_.repeats.value_or(kRepeats);
     sign(study_, order_, repeats);
     study_.cases = {{shot_.name, Measure::position, {}, {}}};
@@ -70,7 +76,8 @@ class ShotStudy {
     plan_references();
     measure(references_, 1, {});
     for (const Trial& t : references_)
-      if (!t.variant.ran()) throw base::Error({.file = file_.string(), .hint = "the reference is the shot's own settings", .message = t.variant.failure});
+      if (!t.variant.ran())
+        throw base::Error({.file = file_.string(), .hint = "the reference is the shot's own settings", .message = t.variant.failure});
     measure(variants_, repeats, [&](const Trial& t, int, std::string& failure) { return audited(t, failure); });
     make_pictures();
     compare();
@@ -118,8 +125,13 @@ class ShotStudy {
           cells += (cells.empty() ? "" : " and ") + fmt::format("{:.3g}", std::stod(sets.front().substr(sets.front().find('=') + 1)));
           sizes.push_back(std::move(sets));
         }
-    if (sizes.empty()) throw base::Error({.file = file_.string(), .key = "sim.cell", .hint = "--vary sim.cell=... says which to try", .message = "no coarser cell parts the domain"});
-    study_.notes.push_back(own_cells ? "cells as varied" : "cells of " + cells + " m: of those that part the domain the nearest to four times and twice the shot's own");
+    if (sizes.empty())
+      throw base::Error({.file = file_.string(),
+                         .key = "sim.cell",
+                         .hint = "--vary sim.cell=... says which to try",
+                         .message = "no coarser cell parts the domain"});
+    study_.notes.push_back(own_cells ? "cells as varied"
+                                     : "cells of " + cells + " m: of those that part the domain the nearest to four times and twice the shot's own");
     const std::vector<Sets> ladder = order_.vary.empty() ? scheme_ladder(shot_.scene.options.is_solid()) : combinations(order_.vary);
     std::vector<std::optional<base::Complaint>> complaints;
     for (const auto& size : sizes)
@@ -302,7 +314,8 @@ class ShotStudy {
     explain(horizon);
   }
 
-  /// The last frame that is compared with the reference's: up to it the reference's own chance moves particles less than half as far as variants are away.
+  /// The last frame that is compared with the reference's: up to it the reference's own chance moves particles less than half as far as variants are
+  /// away.
   std::int64_t horizon_of(const std::vector<Distances>& found) const {
     const auto at = std::size_t(Measure::position);
     std::int64_t horizon = 0;
@@ -319,13 +332,18 @@ class ShotStudy {
     const std::string own = base::to_text(shot_.scene.options.cell);
     study_.meaning[std::size_t(Measure::energy)] = "of kinetic, potential and elastic energy over that of the first frame, mean over all frames";
     study_.meaning[std::size_t(Measure::position)] = "sliced Wasserstein distance of the particles, in cells of " + own + " m";
-    study_.meaning[std::size_t(Measure::vorticity)] = "root of squares over that of the reference, on cells of " + base::to_text(coarsest_cell()) + " m";
-    study_.meaning[std::size_t(Measure::volume)] = "mean part by which the liquid's surface holds more or less than its particles are worth, over all frames";
-    if (has_surface() && shot_.has_pictures) study_.meaning[std::size_t(Measure::surface)] = "mean distance of the two surfaces, in cells of " + own + " m";
+    study_.meaning[std::size_t(Measure::vorticity)] =
+        "root of squares over that of the reference, on cells of " + fmt::format("{:.3g} m", coarsest_cell());
+    study_.meaning[std::size_t(Measure::volume)] =
+        "mean part by which the liquid's surface holds more or less than its particles are worth, over all frames";
+    if (has_surface() && shot_.has_pictures)
+      study_.meaning[std::size_t(Measure::surface)] = "mean distance of the two surfaces, in cells of " + own + " m";
     if (shot_.has_pictures) study_.meaning[std::size_t(Measure::image)] = "mean difference of the pictures, 480 x 270, 0 to 1";
-    study_.notes.push_back(horizon == last_ ? fmt::format("frames are compared one by one up to the last, {}", last_)
-                           : horizon > 0    ? fmt::format("frames are compared one by one up to {}; later ones differ by chance, and count in energy and volume alone", horizon)
-                                            : "two runs of the reference with different seeds lie as far apart as the variants: frames cannot be compared one by one");
+    study_.notes.push_back(
+        horizon == last_ ? fmt::format("frames are compared one by one up to the last, {}", last_)
+        : horizon > 0
+            ? fmt::format("frames are compared one by one up to {}; later ones differ by chance, and count in energy and volume alone", horizon)
+            : "two runs of the reference with different seeds lie as far apart as the variants: frames cannot be compared one by one");
   }
 
   fs::path file_;

@@ -14,8 +14,8 @@ namespace app {
 class Projections {
  public:
   Projections(const sim::Frame&, std::int64_t dimension);
-  /// Sliced Wasserstein distance of order 1 [Bonneel15], in metres: the mean over the directions of the one-dimensional transport distance, scaled so that
-  /// a cloud that is moved by d lies d away. 0 where either holds no particle.
+  /// Sliced Wasserstein distance of order 1 [Bonneel15], in metres: the mean over the directions of the one-dimensional transport distance, scaled so
+  /// that a cloud that is moved by d lies d away. 0 where either holds no particle.
   double distance(const Projections& other) const;
 
  private:
@@ -23,8 +23,8 @@ class Projections {
   std::vector<std::vector<float>> sorted_;   // [m] by direction
 };
 
-/// Vorticity on a grid of edge `cell` [m], from the particles' velocities spread linearly over it, by central differences; only where cells are a quarter
-/// full.
+/// Vorticity on a grid of edge `cell` [m], from the particles' velocities spread linearly over it, by central differences; only where cells are a
+/// quarter full.
 class VorticityGrid {
  public:
   VorticityGrid(const sim::Frame&, const sim::Options& seeded, double cell);

@@ -39,7 +39,8 @@ std::array<std::string, 3> sentences(const StudyCase& c, std::vector<OnFront> fr
   });
   const std::string error(kMeasureNames[static_cast<std::size_t>(c.decides)]);
   std::array<std::string, 3> said;
-  said[0] = fmt::format("Best value: {}, with an error of {} of {:.3g} in {:.3g} s.", best->variant->label, error, best->error, best->variant->seconds_median);
+  said[0] = fmt::format("Best value: {}, with an error of {} of {:.3g} in {:.3g} s.", best->variant->label, error, best->error,
+                        best->variant->seconds_median);
   const auto next = best + 1;
   if (next == front.end()) said[1] = "No variant that was tried has less error.";
   else
@@ -47,8 +48,9 @@ std::array<std::string, 3> sentences(const StudyCase& c, std::vector<OnFront> fr
                           ratio_text(next->variant->seconds_median / best->variant->seconds_median), ratio_text(next->error / best->error));
   if (best == front.begin()) said[2] = "No faster variant that was tried is worth it.";
   else
-    said[2] = fmt::format("The rung below, {}, takes {} of the time and has {} times the error.", (best - 1)->variant->label,
-                          ratio_text((best - 1)->variant->seconds_median / best->variant->seconds_median), ratio_text((best - 1)->error / best->error));
+    said[2] =
+        fmt::format("The rung below, {}, takes {} of the time and has {} times the error.", (best - 1)->variant->label,
+                    ratio_text((best - 1)->variant->seconds_median / best->variant->seconds_median), ratio_text((best - 1)->error / best->error));
   return said;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 // What one run of one variant says of itself, as a JSON document, and the documents of a variant that are kept:
 //
-//   {"errors": {...}, "course": {"time", "energy", "enstrophy"}, "energy_changes": {...}, "particles", "steps", "seconds", "cpu_seconds", "peak_bytes",
-//    "passes": {NAME: {"calls", "seconds", "cpu_seconds"}}}
+//   {"errors": {...}, "course": {"time", "energy", "enstrophy"}, "energy_changes": {...}, "particles", "steps", "seconds", "cpu_seconds",
+//    "peak_bytes", "passes": {NAME: {"calls", "seconds", "cpu_seconds"}}}
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>

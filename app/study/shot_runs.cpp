@@ -19,7 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<std::string> words_of(const ShotRun& run) {
-  std::vector<std::string> words = {"simulate", run.shot.string(), "--quiet", "--out", run.out.string(), "--frames", "1-" + std::to_string(run.last), "--threads", std::to_string(run.threads)};
+  std::vector<std::string> words = {
+      "simulate",  run.shot.string(),          "--quiet", "--out", run.out.string(), "--frames", "1-" + std::to_string(run.last),
+      "--threads", std::to_string(run.threads)};
   if (run.overrides.quality) words.insert(words.end(), {"--quality", *run.overrides.quality});
   for (const std::string& set : run.overrides.sets) words.insert(words.end(), {"--set", set});
   return words;
@@ -53,7 +55,11 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
   run["energy_changes"] = changes;
   run["particles"] = particles, run["steps"] = steps, run["seconds"] = seconds, run["cpu_seconds"] = cpu, run["peak_bytes"] = peak;
   MeasuredRun& costs = run["passes"] = MeasuredRun::object();
-  for (const auto& [name, cost] : passes.passes()) costs[name] = {{"calls", cost.calls}, {"seconds", cost.seconds}, {"cpu_seconds", cost.cpu_seconds}};
+  base::PassCost other{last, seconds, 0, cpu};   // sums and states of frames, checksums of their files
+  for (const auto& [name, cost] : passes.passes()) other.seconds -= cost.seconds, other.cpu_seconds -= cost.cpu_seconds;
+  passes.add("other", {last, std::max(0.0, other.seconds), 0, std::max(0.0, other.cpu_seconds)});
+  for (const auto& [name, cost] : passes.passes())
+    costs[name] = {{"calls", cost.calls}, {"seconds", cost.seconds}, {"cpu_seconds", cost.cpu_seconds}};
   return run;
 }
 

@@ -13,9 +13,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // The columns of the contract; what was added later follows them.
-constexpr std::array<std::string_view, 23> kColumns{"variant",        "transfer",        "modes",        "kernel",      "splitting",   "cell",           "cfl",         "error_energy",
-                                                    "error_position", "error_vorticity", "error_volume", "error_surface", "error_image", "seconds_median", "seconds_min", "cpu_seconds",
-                                                    "peak_bytes",     "disk_bytes",      "pareto",       "case",        "error_velocity", "seconds_max",  "failure"};
+constexpr std::array<std::string_view, 23> kColumns{
+    "variant",        "transfer",        "modes",        "kernel",        "splitting",      "cell",           "cfl",         "error_energy",
+    "error_position", "error_vorticity", "error_volume", "error_surface", "error_image",    "seconds_median", "seconds_min", "cpu_seconds",
+    "peak_bytes",     "disk_bytes",      "pareto",       "case",          "error_velocity", "seconds_max",    "failure"};
 
 std::string measure_column(std::size_t m) { return "error_" + std::string(kMeasureNames[m]); }
 
@@ -124,7 +125,8 @@ std::string study_table(const Study& study) {
   for (const StudyCase& c : study.cases) {
     std::vector<std::size_t> shown;
     for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
-      if (std::any_of(study.variants.begin(), study.variants.end(), [&](const Variant& v) { return v.part == c.name && v.errors.value[m]; })) shown.push_back(m);
+      if (std::any_of(study.variants.begin(), study.variants.end(), [&](const Variant& v) { return v.part == c.name && v.errors.value[m]; }))
+        shown.push_back(m);
     text += fmt::format("{}\n  {:<{}}", c.name, "error of", width + 2);
     for (const std::size_t m : shown) text += fmt::format(" {:>10}", kMeasureNames[m]);
     text += fmt::format(" {:>9} {:>9} {:>9}\n", "seconds", "CPU s", "MB");

@@ -39,7 +39,8 @@ std::string progress_text(const Trial& t, const MeasuredRun& run) {
 
 std::string trial_hash(const std::string& text, const std::string& more) { return hex16(fnv1a(text + "\n" + more + "\n" + program_text())); }
 
-void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<Trial>& trials, const std::vector<std::optional<base::Complaint>>& complaints) {
+void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<Trial>& trials,
+                            const std::vector<std::optional<base::Complaint>>& complaints) {
   for (const Varied& varied : vary)
     for (const std::string& value : varied.values) {
       const std::string set = varied.key + "=" + value;
@@ -59,7 +60,8 @@ void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<T
     }
 }
 
-void run_trials(std::vector<Trial>& trials, int repeats, const fs::path& folder, const RunTrial& run, const RunTrial& audit, base::Progress& progress) {
+void run_trials(std::vector<Trial>& trials, int repeats, const fs::path& folder, const RunTrial& run, const RunTrial& audit,
+                base::Progress& progress) {
   make_folder(folder);
   for (Trial& t : trials)
     if (t.variant.ran()) t.kept = read_kept(file_of(t, folder), t.hash);

@@ -25,7 +25,8 @@ const std::string* value_of(const Sets& sets, std::string_view key) {
 
 Sets scheme(const char* transfer, const char* kernel, const char* modes, const char* splitting, const char* carry) {
   Sets sets;
-  for (const auto& [key, value] : {std::pair{"sim.transfer", transfer}, {"sim.kernel", kernel}, {"sim.modes", modes}, {"sim.splitting", splitting}, {"sim.carry", carry}})
+  for (const auto& [key, value] :
+       {std::pair{"sim.transfer", transfer}, {"sim.kernel", kernel}, {"sim.modes", modes}, {"sim.splitting", splitting}, {"sim.carry", carry}})
     if (*value) sets.emplace_back(key, value);
   return sets;
 }
@@ -74,8 +75,12 @@ std::vector<Sets> combinations(const std::vector<Varied>& keys) {
 
 std::vector<Sets> scheme_ladder(bool is_solid) {
   if (is_solid)
-    return {scheme("pic", "", "", "", ""), scheme("flip", "", "", "", ""), scheme("apic", "", "", "", ""), scheme("polypic", "", "multilinear", "", ""),
-            scheme("polypic", "", "quadratic", "", ""), scheme("polypic", "", "full", "", "")};
+    return {scheme("pic", "", "", "", ""),
+            scheme("flip", "", "", "", ""),
+            scheme("apic", "", "", "", ""),
+            scheme("polypic", "", "multilinear", "", ""),
+            scheme("polypic", "", "quadratic", "", ""),
+            scheme("polypic", "", "full", "", "")};
   return {scheme("pic", "linear", "", "lie", ""),
           scheme("flip", "linear", "", "lie", ""),
           scheme("apic", "linear", "", "lie", ""),
@@ -93,7 +98,8 @@ SchemeNames scheme_names(const sim::Options& o) {
   SchemeNames names;
   names.transfer = kTransfers[static_cast<std::size_t>(o.transfer)];
   names.kernel = o.kernel == sim::Kernel::linear ? "linear" : "quadratic";
-  if (o.transfer == sim::Transfer::polypic) names.modes = o.modes.count > 0 ? std::to_string(o.modes.count) : o.modes.name.empty() ? "full" : o.modes.name;
+  if (o.transfer == sim::Transfer::polypic)
+    names.modes = o.modes.count > 0 ? std::to_string(o.modes.count) : o.modes.name.empty() ? "full" : o.modes.name;
   if (!o.is_solid()) names.splitting = o.splitting == sim::Splitting::lie ? "lie" : "reflection";
   return names;
 }

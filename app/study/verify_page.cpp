@@ -50,47 +50,84 @@ Plot energy_plot(const std::string& family, const std::vector<const Verdict*>& m
 
 }  // namespace
 
+namespace {
+
+using Members = std::vector<const Verdict*>;
+
+/// Cases by the first part of their names, in their order.
+std::vector<std::pair<std::string, Members>> families_of(const std::vector<Verdict>& all) {
+  std::vector<std::pair<std::string, Members>> families;
+  for (const Verdict& v : all) {
+    const std::string name = v.what.name.substr(0, v.what.name.find('/'));
+    auto found = std::find_if(families.begin(), families.end(), [&](const auto& f) { return f.first == name; });
+    if (found == families.end()) found = families.insert(found, {name, {}});
+    found->second.push_back(&v);
+  }
+  return families;
+}
+
+/// A table for each expectation that cases of a family share.
+void add_tables(const std::string& family, const Members& members, Page& page) {
+  std::vector<std::string> expectations;
+  for (const Verdict* v : members)
+    if (std::find(expectations.begin(), expectations.end(), v->what.expect) == expectations.end()) expectations.push_back(v->what.expect);
+  for (const std::string& expect : expectations) {
+    std::vector<std::vector<Cell>> rows;
+    std::string source;
+    for (const Verdict* v : members) {
+      if (v->what.expect != expect) continue;
+      source = v->what.source;
+      std::string outcome = v->found.outcome;
+      for (const std::string& b : v->found.broken) outcome += "; " + b;
+      Cell verdict(v->passed ? "pass" : "FAIL");
+      verdict.strong = !v->passed;
+      const std::string& name = v->what.name;
+      rows.push_back({name.size() > family.size() ? name.substr(family.size() + 1) : name, verdict, Cell(v->found.value), Cell(v->what.tolerance), outcome});
+    }
+    page.paragraph("Expected: " + expect + ". Source: " + source + ".");
+    page.table({"case", "", "value", "at most", "outcome"}, rows);
+  }
+}
+
+}  // namespace
+
 void write_verify_page(const std::vector<Verdict>& all, const fs::path& folder) {
   fs::create_directories(folder / "pictures");
   Page page("Hard cases");
   std::int64_t passed = 0;
-  double seconds = 0;
-  for (const Verdict& v : all) passed += v.passed, seconds += v.seconds;
-  page.subtitle(std::to_string(all.size()) + " cases, " + std::to_string(passed) + " pass");
-  std::vector<std::vector<Cell>> rows;
-  for (const Verdict& v : all) {
-    std::string outcome = v.found.outcome;
-    for (const std::string& b : v.found.broken) outcome += "; " + b;
-    Cell verdict(v.passed ? "pass" : "FAIL");
-    verdict.strong = !v.passed;
-    rows.push_back({v.what.name, verdict, Cell(v.found.value), Cell(v.what.tolerance), outcome, v.what.expect, v.what.source, Cell(v.seconds)});
+  for (const Verdict& v : all) passed += v.passed;
+  page.subtitle(std::to_string(all.size()) + " cases, " + std::to_string(passed) + " pass; " + std::to_string(sim::cases_not_built().size()) + " more need what is not built");
+  const auto families = families_of(all);
+  std::vector<Plot> plots;   // at most six curves each
+  std::vector<std::size_t> plots_of;
+  for (const auto& [name, members] : families) {
+    Members curves;
+    plots_of.push_back(plots.size());
+    for (const Verdict* v : members) {
+      if (v->found.energy.size() > 1) curves.push_back(v);
+      if (curves.size() == 6) plots.push_back(energy_plot(name, curves)), curves.clear();
+    }
+    if (!curves.empty()) plots.push_back(energy_plot(name, curves));
   }
-  page.table({"case", "", "value", "at most", "outcome", "expected", "source", "s"}, rows);
+  plots_of.push_back(plots.size());
+  const std::vector<std::string> drawn = plots.empty() ? std::vector<std::string>{} : svg_of(plots);
+  for (std::size_t f = 0; f < families.size(); ++f) {
+    const auto& [name, members] = families[f];
+    std::string title = name;
+    std::replace(title.begin(), title.end(), '_', ' ');
+    page.heading(title);
+    add_tables(name, members, page);
+    for (std::size_t k = plots_of[f]; k < plots_of[f + 1]; ++k) page.figure_of(drawn[k]);
+    std::vector<fs::path> pictures;
+    std::vector<std::string> labels;
+    for (const Verdict* v : members)
+      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty()) pictures.push_back(file), labels.push_back(v->what.name.substr(name.size() + 1));
+    if (!pictures.empty()) page.contact_sheet(pictures, labels);
+  }
   page.heading("Not built");
   std::vector<std::vector<Cell>> missing;
   for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({c.name, c.needs, c.source});
   page.table({"case", "needs", "source"}, missing);
-
-  page.heading("Energy");
-  std::vector<std::string> families;
-  std::vector<std::vector<const Verdict*>> members;
-  for (const Verdict& v : all) {
-    if (v.found.energy.size() < 2) continue;
-    std::string family = v.what.name.substr(0, v.what.name.find('/'));
-    if (families.empty() || families.back() != family || members.back().size() >= 6) families.push_back(family), members.emplace_back();
-    members.back().push_back(&v);
-  }
-  std::vector<Plot> plots;
-  for (std::size_t f = 0; f < families.size(); ++f) plots.push_back(energy_plot(families[f], members[f]));
-  if (!plots.empty())
-    for (const std::string& svg : svg_of(plots)) page.figure_of(svg);
-
-  page.heading("Where they ended");
-  std::vector<fs::path> pictures;
-  std::vector<std::string> labels;
-  for (const Verdict& v : all)
-    if (const fs::path file = draw(v, folder / "pictures"); !file.empty()) pictures.push_back(file), labels.push_back(v.what.name);
-  if (!pictures.empty()) page.contact_sheet(pictures, labels);
   page.write(folder / "report.html");
 }
 

@@ -1,6 +1,7 @@
 """Tables and plots of studies for docs/cost-of-accuracy.md: results.py FOLDER STUDIES SUBJECT..."""
 import json
 import pathlib
+import re
 import shutil
 import sys
 
@@ -9,6 +10,10 @@ MEASURES = ["energy", "position", "vorticity", "velocity", "volume", "surface", 
 
 def number(value):
     return "" if value is None else f"{value:.2g}"
+
+
+def sentence(text, name):
+    return (text if text.startswith(name) else text[0].upper() + text[1:]) + "."
 
 
 def table(study, case):
@@ -35,8 +40,9 @@ def main():
     lines = ["# Results", "", "Written by docs/cost/make; [cost-of-accuracy.md](../cost-of-accuracy.md) says what they mean. `*`: on the Pareto front."]
     for subject in subjects:
         study = json.loads((studies / subject / "cost.json").read_text())
-        lines += ["", f"## {subject}", "", study["title"] + ".", ""]
-        lines += [f"    {study['command']}", ""]
+        lines += ["", f"## {subject}", "", sentence(study["title"], subject), ""]
+        command = re.sub(r" --(quiet|out \S+)", "", study["command"])
+        lines += [f"    {command}", ""]
         lines += ["; ".join(f"{name.removeprefix('error_')}: {text}" for name, text in study["meaning"].items()) + "."]
         for note in study["notes"]:
             lines.append(note[0].upper() + note[1:] + ".")
@@ -49,7 +55,8 @@ def main():
                 name = f"{subject}.{slug}.svg"
                 shutil.copyfile(own[0], folder / name)
                 lines += ["", f"![Error of {case['decides']} against seconds]({name})"]
-    (folder / "results.md").write_text("\n".join(lines) + "\n")
+    text = re.sub(r"\d+\.\d{8,}", lambda long: f"{float(long[0]):.3g}", "\n".join(lines))
+    (folder / "results.md").write_text(text + "\n")
 
 
 if __name__ == "__main__":
