@@ -17,7 +17,8 @@ namespace {
 using namespace app;
 
 TEST(CostVariants, AreTheCrossProductWithoutWhatSaysNothing) {
-  const std::vector<Sets> all = combinations({parse_vary("sim.transfer=pic,apic,polypic"), parse_vary("sim.modes=4,full"), parse_vary("sim.splitting=lie,reflection")});
+  const std::vector<Sets> all =
+      combinations({parse_vary("sim.transfer=pic,apic,polypic"), parse_vary("sim.modes=4,full"), parse_vary("sim.splitting=lie,reflection")});
   EXPECT_EQ(all.size(), 2u + 2u + 4u);   // modes are polypic's alone
   for (const Sets& sets : all) EXPECT_EQ(sets.size(), sets[0].second == "polypic" ? 3u : 2u);
   EXPECT_EQ(parse_vary("effect.1.acceleration=[0, -9.81],[0, -1.62]").values, (std::vector<std::string>{"[0, -9.81]", "[0, -1.62]"}));
@@ -47,8 +48,8 @@ Study ladder() {
   Study study;
   study.subject = "test";
   study.cases = {{"all", Measure::energy, {}, {}}};
-  study.variants = {rung("fast", .5, {1.0, 1.1, 1.02}), rung("tied", .4, {1.05, 1.0, 1.08}), rung("wasteful", .45, {3, 3.1, 3.05}), rung("good", .01, {4, 4.2, 4.1}),
-                    rung("best", .008, {9, 9.5, 9.2})};
+  study.variants = {rung("fast", .5, {1.0, 1.1, 1.02}), rung("tied", .4, {1.05, 1.0, 1.08}), rung("wasteful", .45, {3, 3.1, 3.05}),
+                    rung("good", .01, {4, 4.2, 4.1}), rung("best", .008, {9, 9.5, 9.2})};
   study.variants.push_back(rung("broken", 0, {}));
   study.variants.back().failure = "g2p: particle 3 is not finite, \"they say\"";
   return study;
@@ -75,8 +76,9 @@ TEST(CostFiles, HaveTheColumnsOfTheContractAndARowAVariant) {
   Study study = ladder();
   judge(study);
   const std::string csv = csv_text(study);
-  EXPECT_TRUE(csv.starts_with("variant,transfer,modes,kernel,splitting,cell,cfl,error_energy,error_position,error_vorticity,error_volume,error_surface,error_image,"
-                              "seconds_median,seconds_min,cpu_seconds,peak_bytes,disk_bytes,pareto,case,error_velocity,seconds_max,failure\r\n"));
+  EXPECT_TRUE(csv.starts_with(
+      "variant,transfer,modes,kernel,splitting,cell,cfl,error_energy,error_position,error_vorticity,error_volume,error_surface,error_image,"
+      "seconds_median,seconds_min,cpu_seconds,peak_bytes,disk_bytes,pareto,case,error_velocity,seconds_max,failure\r\n"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
   EXPECT_NE(csv.find("\r\ntied,apic,,linear,,0.1,1,0.4,,,,,,1.05,1,"), std::string::npos) << csv;
   EXPECT_NE(csv.find(",\"g2p: particle 3 is not finite, \"\"they say\"\"\"\r\n"), std::string::npos) << csv;
@@ -128,7 +130,8 @@ TEST(CostPasses, ShowTwiceTheCallsOfAPassThatWorksTwice) {
 sim::Frame cloud(std::size_t count, double shift) {
   sim::Frame f;
   for (std::size_t i = 0; i < count; ++i) {
-    const double u = std::fmod(0.5 + 0.7548776662466927 * double(i), 1), v = std::fmod(0.5 + 0.5698402909980532 * double(i), 1), w = (double(i) + 0.5) / double(count);
+    const double u = std::fmod(0.5 + 0.7548776662466927 * double(i), 1), v = std::fmod(0.5 + 0.5698402909980532 * double(i), 1),
+                 w = (double(i) + 0.5) / double(count);
     f.position.emplace_back(float(0.2 + 0.3 * u + shift), float(0.2 + 0.3 * v), float(0.2 + 0.3 * w));
     f.velocity.emplace_back(float(-(0.2 + 0.3 * v)), float(0.2 + 0.3 * u), 0.f);
   }

@@ -46,14 +46,16 @@ TEST(CostProblems, TaylorGreenAgreesWithAnIndependentReference) {
     const char *transfer, *modes;
     double energy, error;
   };
-  for (const Row& row : {Row{"pic", "", .349, .410}, {"flip", "", .873, .068}, {"apic", "", .892, .058}, {"polypic", "4", .895, .057}, {"polypic", "9", .892, .058}}) {
+  for (const Row& row :
+       {Row{"pic", "", .349, .410}, {"flip", "", .873, .068}, {"apic", "", .892, .058}, {"polypic", "4", .895, .057}, {"polypic", "9", .892, .058}}) {
     const sim::ProblemResult r = solve("taylor_green_2d", quadratic(row.transfer, row.modes, {}));
     EXPECT_NEAR(r.energy.back(), row.energy, .01) << row.transfer << row.modes;
     EXPECT_NEAR(*r.errors.energy, 1 - row.energy, .01) << row.transfer << row.modes;
     EXPECT_NEAR(*r.errors.velocity, row.error, .01) << row.transfer << row.modes;
     EXPECT_EQ(r.time.size(), std::size_t(r.steps) + 1);
   }
-  for (const Row& row : {Row{"flip", "", .171, 0}, {"apic", "", .140, 0}, {"polypic", "4", .273, 0}, {"polypic", "6", .421, 0}, {"polypic", "9", .455, 0}})
+  for (const Row& row :
+       {Row{"flip", "", .171, 0}, {"apic", "", .140, 0}, {"polypic", "4", .273, 0}, {"polypic", "6", .421, 0}, {"polypic", "9", .455, 0}})
     EXPECT_NEAR(energy_kept(quadratic(row.transfer, row.modes, kEight)), row.energy, .01) << row.transfer << row.modes;
   std::vector<std::string> reflected = kEight;
   reflected.push_back("sim.splitting=reflection");
@@ -88,7 +90,8 @@ TEST(CostProblems, EveryProblemSaysWhatItMeans) {
 
 // Every error is that of the scheme as it is known: of the grid's dispersion, of friction's law, of a turn.
 TEST(CostProblems, ABarWaveIsAsSlowAsItsGridMakesIt) {
-  const double k = 2 * M_PI / 32, on_grid = std::hypot(0.5 * std::cos(k) - 0.5, std::sin(k)) / k;   // three slopes of the kernel at the quarters of a cell
+  const double k = 2 * M_PI / 32,
+               on_grid = std::hypot(0.5 * std::cos(k) - 0.5, std::sin(k)) / k;  // three slopes of the kernel at the quarters of a cell
   const sim::ProblemResult r = solve("bar_wave", {});
   EXPECT_NEAR(*r.errors.position, 1 - on_grid, 5e-4);
   EXPECT_GT(*r.errors.position, 4e-3);
@@ -99,11 +102,13 @@ TEST(CostProblems, ABlockSlidesByTheLawOfFriction) {
   const sim::ProblemResult r = solve("slope_block", {});
   EXPECT_LT(*r.errors.position, 0.05);
   EXPECT_LT(*r.errors.energy, 0.1);
-  EXPECT_GT(*solve("slope_block", {"sim.boundary={friction=0.3}", "effect.1.acceleration=[4.905, -12]"}).errors.position, 0) << "another slope is another answer";
+  EXPECT_GT(*solve("slope_block", {"sim.boundary={friction=0.3}", "effect.1.acceleration=[4.905, -12]"}).errors.position, 0)
+      << "another slope is another answer";
 }
 
 TEST(CostProblems, WhatTurnsRigidlyComesBack) {
-  const double lie = *solve("rigid_rotation_2d", {}).errors.position, reflected = *solve("rigid_rotation_2d", {"sim.splitting=reflection"}).errors.position;
+  const double lie = *solve("rigid_rotation_2d", {}).errors.position,
+               reflected = *solve("rigid_rotation_2d", {"sim.splitting=reflection"}).errors.position;
   const double pic = *solve("rigid_rotation_2d", {"sim.transfer=pic"}).errors.position;
   EXPECT_LT(lie, 0.6);
   EXPECT_LT(reflected, 0.1);
@@ -223,8 +228,10 @@ sim::Scene block_in_a_room(sim::Material material, sim::Precision precision, int
 
 // Thrown at the floor: contact, limiters, and plasticity where there is any.
 TEST(CostAudit, AddsUpOfSolidsAndChangesNoBit) {
-  for (const auto& [preset, precision, dimension] : {std::tuple{"jelly", sim::Precision::double_precision, 2}, {"clay", sim::Precision::double_precision, 2},
-                                                    {"dry_sand", sim::Precision::single_precision, 2}, {"clay", sim::Precision::single_precision, 3}}) {
+  for (const auto& [preset, precision, dimension] : {std::tuple{"jelly", sim::Precision::double_precision, 2},
+                                                     {"clay", sim::Precision::double_precision, 2},
+                                                     {"dry_sand", sim::Precision::single_precision, 2},
+                                                     {"clay", sim::Precision::single_precision, 3}}) {
     sim::Material material = sim::preset_material(preset);
     material.young = std::min(material.young, 1e5);
     if (material.plasticity == sim::Plasticity::von_mises) material.yield_stress = 1e3;

@@ -48,7 +48,8 @@ TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
   EXPECT_EQ(again.exit, 0);
   EXPECT_NE(again.out.find("kept   2 of 2 variants"), std::string::npos) << again.out;
   Json second = study();
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(second.at("variants")[i].at("seconds"), json.at("variants")[i].at("seconds"));   // the clock would differ
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(second.at("variants")[i].at("seconds"), json.at("variants")[i].at("seconds"));  // the clock would differ
   const Outcome more = cost(kQuick + "--vary sim.transfer=apic,polypic,pic --out study");
   EXPECT_NE(more.out.find("kept   2 of 3 variants"), std::string::npos) << more.out;
 }
@@ -72,11 +73,12 @@ TEST_F(CostProgram, MarksWhatCannotRunGoesOnAndSaysNo) {
 }
 
 TEST_F(CostProgram, RefusesMistakesInOneLine) {
-  for (const auto& [words, line] : {std::pair{"--vary sim.transfr=pic,apic", "polypic: --vary sim.transfr=pic: sim.transfr: unknown key (did you mean sim.transfer?)\n"},
-                                    {"--vary sim.cell=0.0625,-1", "polypic: --vary sim.cell=-1: sim.cell = -1 m: must be above 0\n"},
-                                    {"--vary sim.cell", "polypic: --vary sim.cell: must be KEY=VALUE,VALUE ... (as in --vary sim.transfer=apic,polypic)\n"},
-                                    {"--repeats 0", "polypic: --repeats 0: must be a whole number from 1 to 1000\n"},
-                                    {"--frames 1-3", "polypic: --frames: is for shots: a problem ends at problem.time\n"}}) {
+  for (const auto& [words, line] :
+       {std::pair{"--vary sim.transfr=pic,apic", "polypic: --vary sim.transfr=pic: sim.transfr: unknown key (did you mean sim.transfer?)\n"},
+        {"--vary sim.cell=0.0625,-1", "polypic: --vary sim.cell=-1: sim.cell = -1 m: must be above 0\n"},
+        {"--vary sim.cell", "polypic: --vary sim.cell: must be KEY=VALUE,VALUE ... (as in --vary sim.transfer=apic,polypic)\n"},
+        {"--repeats 0", "polypic: --repeats 0: must be a whole number from 1 to 1000\n"},
+        {"--frames 1-3", "polypic: --frames: is for shots: a problem ends at problem.time\n"}}) {
     const Outcome made = cost("cost taylor_green_2d " + std::string(words));
     EXPECT_EQ(made.exit, 2) << words;
     EXPECT_EQ(made.err, line);
@@ -87,8 +89,9 @@ TEST_F(CostProgram, RefusesMistakesInOneLine) {
 }
 
 TEST_F(CostProgram, ComparesAShotWithItselfOnCoarserCells) {
-  write("drop.toml", "[shot]\nframes = 4\n[sim]\ndimension = 2\ndomain = [[0, 0], [0.8, 0.4]]\ncell = 0.0125\n[[body]]\nname = \"column\"\n"
-                                                 "shape = { box = [[0, 0], [0.3, 0.3]] }\n[[effect]]\nkind = \"gravity\"\nacceleration = [0, -9.81]\n[render]\nwidth = 64\nheight = 32\n");
+  write("drop.toml",
+        "[shot]\nframes = 4\n[sim]\ndimension = 2\ndomain = [[0, 0], [0.8, 0.4]]\ncell = 0.0125\n[[body]]\nname = \"column\"\n"
+        "shape = { box = [[0, 0], [0.3, 0.3]] }\n[[effect]]\nkind = \"gravity\"\nacceleration = [0, -9.81]\n[render]\nwidth = 64\nheight = 32\n");
   const std::string words = "cost drop.toml --frames 1-4 --repeats 1 --vary sim.transfer=pic,polypic --out study";
   const Outcome made = cost(words);
   ASSERT_EQ(made.exit, 0) << made.err;

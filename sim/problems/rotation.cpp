@@ -1,5 +1,5 @@
-// A core that turns like a rigid body inside a periodic box: a circular vortex whose speed falls smoothly to zero before the sides. Every circular flow
-// is a steady one (the pressure holds it), so the core turns for ever, and every particle of it is where the turn has taken it.
+// A core that turns like a rigid body inside a periodic box: a circular vortex whose speed falls smoothly to zero before the sides. Every circular
+// flow is a steady one (the pressure holds it), so the core turns for ever, and every particle of it is where the turn has taken it.
 #include <cmath>
 
 #include "sim/problems/known_flow.h"
@@ -24,13 +24,32 @@ class RigidRotation final : public Problem {
     p("core", core_, "1", "radius of what turns rigidly, over the domain's edge; the flow ends at 0.45", base::between(0, kRim));
   }
   std::string shot() const override {
-    const std::string sides = R"(boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic")";
-    if (dimension_ == 2)
-      return "[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.015625\nparticles_per_cell = 4\nprecision = \"double\"\ncfl = 0.5\n"
-             "pressure_tolerance = 1e-8\n" + sides + " }\n[[body]]\nname = \"all\"\nshape = { box = [[0, 0], [1, 1]] }\n";
-    return "[sim]\ndomain = [[0, 0, 0], [1, 1, 0.125]]\ncell = 0.03125\nparticles_per_cell = 8\ncfl = 0.5\npressure_tolerance = 1e-6\n" + sides +
-           ", z_lower = \"periodic\", z_upper = \"periodic\" }\n[[body]]\nname = \"all\"\nshape = { box = [[0, 0, 0], [1, 1, 0.125]] }\n";
+    return dimension_ == 2 ? R"(
+[sim]
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.015625
+particles_per_cell = 4
+precision = "double"
+cfl = 0.5
+pressure_tolerance = 1e-8
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
+[[body]]
+name = "all"
+shape = { box = [[0, 0], [1, 1]] }
+)"
+                           : R"(
+[sim]
+domain = [[0, 0, 0], [1, 1, 0.125]]
+cell = 0.03125
+cfl = 0.5
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
+[[body]]
+name = "all"
+shape = { box = [[0, 0, 0], [1, 1, 0.125]] }
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, dimension_); !plain.empty()) return plain;
     for (int a = 0; a < dimension_; ++a)

@@ -19,11 +19,6 @@ namespace {
 
 constexpr double kFps = 20;
 
-std::string periodic_sides(int dimension) {
-  std::string sides = R"(boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic")";
-  return sides + (dimension == 3 ? R"(, z_lower = "periodic", z_upper = "periodic" })" : " }") + "\n";
-}
-
 /// Lame's parameters of the only body [Pa].
 struct Stiffness {
   double lambda, mu, bulk;
@@ -40,12 +35,35 @@ class Spinning final : public Problem {
   explicit Spinning(int dimension) : dimension_(dimension) {}
   void params(base::Params& p) override { p("time", time_, "s", "until when; a turn takes 1.57", base::above(0)); }
   std::string shot() const override {
-    const bool flat = dimension_ == 2;
-    return std::string("[sim]\nsolver = \"solid\"\nprecision = \"double\"\n") + (flat ? "dimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.03125\n" : "domain = [[0, 0, 0], [0.625, 0.625, 0.625]]\ncell = 0.0625\n") +
-           periodic_sides(dimension_) + "[[body]]\nname = \"disk\"\nmaterial = { model = \"neo_hookean\", density = 1, young = 200, poisson = 0.3 }\n" +
-           (flat ? "shape = { sphere = { center = [0.5, 0.5], radius = 0.2 } }\nspin = 4\n"
-                 : "shape = { sphere = { center = [0.3125, 0.3125, 0.3125], radius = 0.2 } }\nspin = [0, 0, 4]\n");
+    return dimension_ == 2 ? R"(
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.03125
+precision = "double"
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
+[[body]]
+name = "disk"
+shape = { sphere = { center = [0.5, 0.5], radius = 0.2 } }
+material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
+spin = 4
+)"
+                           : R"(
+[sim]
+solver = "solid"
+domain = [[0, 0, 0], [0.625, 0.625, 0.625]]
+cell = 0.0625
+precision = "double"
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
+[[body]]
+name = "sphere"
+shape = { sphere = { center = [0.3125, 0.3125, 0.3125], radius = 0.2 } }
+material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
+spin = [0, 0, 4]
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, dimension_); !plain.empty()) return plain;
     if (!scene.bodies[0].shape.sphere || scene.bodies[0].spin.isZero(0)) return "needs a sphere that spins";
@@ -55,7 +73,8 @@ class Spinning final : public Problem {
     const auto simulation = make_simulation(scene, kFps);
     double swelling = 0;
     int seen = 0;
-    ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger, [&](const Totals&) { swelling += mean_swelling(simulation->state()), ++seen; });
+    ProblemResult result =
+        follow(*simulation, frames_in(time_, kFps), ledger, [&](const Totals&) { swelling += mean_swelling(simulation->state()), ++seen; });
     const Body& body = scene.bodies[0];
     const Stiffness stiff(body.solid);
     const double push = body.solid.density * body.spin.squaredNorm() * std::pow(body.shape.sphere->radius, 2);
@@ -87,9 +106,21 @@ class Released final : public Problem {
  public:
   void params(base::Params& p) override { p("time", time_, "s", "until when; it swings with a period of about 0.04", base::above(0)); }
   std::string shot() const override {
-    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.03125\n" + periodic_sides(2) +
-           "[[body]]\nname = \"square\"\nshape = { box = [[0.375, 0.375], [0.625, 0.625]] }\nmaterial = { model = \"neo_hookean\", density = 1, young = 200, poisson = 0.3 }\n";
+    return R"(
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.03125
+precision = "double"
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
+[[body]]
+name = "square"
+shape = { box = [[0.375, 0.375], [0.625, 0.625]] }
+material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
     if (scene.bodies[0].solid.plasticity != Plasticity::none) return "needs a material that keeps its energy: plasticity = \"none\"";
@@ -115,15 +146,30 @@ class BarWave final : public Problem {
  public:
   void params(base::Params& p) override { p("amplitude", amplitude_, "1", "greatest speed over that of sound", base::between(0, 0.1)); }
   std::string shot() const override {
-    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1.6, 0.4]]\ncell = 0.05\nseeding = \"regular\"\n" + periodic_sides(2) +
-           "[[body]]\nname = \"bar\"\nshape = { box = [[0, 0], [1.6, 0.4]] }\nmaterial = { model = \"fixed_corotated\", density = 1000, young = 1e5, poisson = 0.3 }\n";
+    return R"(
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [1.6, 0.4]]
+cell = 0.05
+seeding = "regular"
+precision = "double"
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
+[[body]]
+name = "bar"
+shape = { box = [[0, 0], [1.6, 0.4]] }
+material = { model = "fixed_corotated", density = 1000, young = 1e5, poisson = 0.3 }
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
     return scene.effects.empty() && scene.options.periodic(0) && scene.options.periodic(1) ? "" : "needs periodic sides and no effects";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
-    const double length = scene.options.domain.size().x(), sound = std::sqrt((Stiffness(scene.bodies[0].solid).lambda + 2 * Stiffness(scene.bodies[0].solid).mu) / scene.bodies[0].solid.density);
+    const double length = scene.options.domain.size().x(),
+                 sound =
+                     std::sqrt((Stiffness(scene.bodies[0].solid).lambda + 2 * Stiffness(scene.bodies[0].solid).mu) / scene.bodies[0].solid.density);
     const double period = length / sound, wave = 2 * M_PI * scene.options.cell / length;
     const auto simulation = make_simulation(scene, kFrames / period);
     State state = simulation->state();
@@ -153,15 +199,30 @@ class BarWave final : public Problem {
   double amplitude_ = 1e-4;
 };
 
-/// A block on a slope, seen from the slope: gravity leans by the angle. It slides by g (sin - mu cos) t^2 / 2, and friction takes mu m g cos for each metre.
+/// A block on a slope, seen from the slope: gravity leans by the angle. It slides by g (sin - mu cos) t^2 / 2, and friction takes mu m g cos for
+/// each metre.
 class Slope final : public Problem {
  public:
   void params(base::Params& p) override { p("time", time_, "s", "until when; it must not have reached the end of the slope", base::above(0)); }
-  std::string shot() const override {
-    return "[sim]\nsolver = \"solid\"\nprecision = \"double\"\ndimension = 2\ndomain = [[0, 0], [1.6, 0.4]]\ncell = 0.025\nboundary = { friction = 0.3 }\n"
-           "[[body]]\nname = \"block\"\nshape = { box = [[0.1, 0], [0.3, 0.1]] }\nmaterial = { model = \"fixed_corotated\", density = 1000, young = 1e6, poisson = 0.3 }\n"
-           "[[effect]]\nkind = \"gravity\"\nacceleration = [4.905, -8.4957]\n";   // 30 degrees
+  std::string shot() const override {   // 30 degrees
+    return R"(
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [1.6, 0.4]]
+cell = 0.025
+precision = "double"
+boundary = { friction = 0.3 }
+[[body]]
+name = "block"
+shape = { box = [[0.1, 0], [0.3, 0.1]] }
+material = { model = "fixed_corotated", density = 1000, young = 1e6, poisson = 0.3 }
+[[effect]]
+kind = "gravity"
+acceleration = [4.905, -8.4957]
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
     if (scene.effects.size() != 1 || scene.options.boundary[1][0] != Side::separating) return "needs gravity and a separating floor";

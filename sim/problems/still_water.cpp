@@ -1,4 +1,5 @@
-// Water at rest in a tank: it should stay there. Particles are jittered and the surface lies within cells, so that what a scheme sees of it is not flat.
+// Water at rest in a tank: it should stay there. Particles are jittered and the surface lies within cells, so that what a scheme sees of it is not
+// flat.
 #include <cmath>
 
 #include "sim/problems/followed.h"
@@ -14,12 +15,31 @@ class StillWater final : public Problem {
   explicit StillWater(int dimension) : dimension_(dimension) {}
   void params(base::Params& p) override { p("time", time_, "s", "until when; a wave goes once to and fro in about 0.9", base::above(0)); }
   std::string shot() const override {
-    if (dimension_ == 2)
-      return "[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.03125\nparticles_per_cell = 4\n[[body]]\nname = \"water\"\nshape = { box = [[0, 0], [1, 0.49]] }\n"
-             "[[effect]]\nkind = \"gravity\"\nacceleration = [0, -9.81]\n";
-    return "[sim]\ndomain = [[0, 0, 0], [1, 0.5, 1]]\ncell = 0.0625\nparticles_per_cell = 8\n[[body]]\nname = \"water\"\nshape = { box = [[0, 0, 0], [1, 0.5, 0.48]] }\n"
-           "[[effect]]\nkind = \"gravity\"\nacceleration = [0, 0, -9.81]\n";
+    return dimension_ == 2 ? R"(
+[sim]
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.03125
+[[body]]
+name = "water"
+shape = { box = [[0, 0], [1, 0.49]] }
+[[effect]]
+kind = "gravity"
+acceleration = [0, -9.81]
+)"
+                           : R"(
+[sim]
+domain = [[0, 0, 0], [1, 0.5, 1]]
+cell = 0.0625
+[[body]]
+name = "water"
+shape = { box = [[0, 0, 0], [1, 0.5, 0.48]] }
+[[effect]]
+kind = "gravity"
+acceleration = [0, 0, -9.81]
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, dimension_); !plain.empty()) return plain;
     return scene.effects.size() == 1 && scene.bodies[0].shape.box ? "" : "needs gravity and a box of water";

@@ -33,12 +33,30 @@ class TaylorGreen final : public Problem {
   }
 
   std::string shot() const override {
-    const std::string sides = R"(x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic")";
-    if (flat_)
-      return "[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.015625\nparticles_per_cell = 4\nprecision = \"double\"\ncfl = 0.5\n"
-             "pressure_tolerance = 1e-8\nboundary = { " + sides + " }\n[[body]]\nname = \"all\"\nshape = { box = [[0, 0], [1, 1]] }\n";
-    return "[sim]\ndomain = [[0, 0, 0], [1, 1, 0.125]]\ncell = 0.015625\nparticles_per_cell = 8\ncfl = 0.5\npressure_tolerance = 1e-6\nboundary = { " + sides +
-           R"(, z_lower = "periodic", z_upper = "periodic")" + " }\n[[body]]\nname = \"all\"\nshape = { box = [[0, 0, 0], [1, 1, 0.125]] }\n";
+    return flat_ ? R"(
+[sim]
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.015625
+particles_per_cell = 4
+precision = "double"
+cfl = 0.5
+pressure_tolerance = 1e-8
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
+[[body]]
+name = "all"
+shape = { box = [[0, 0], [1, 1]] }
+)"
+                 : R"(
+[sim]
+domain = [[0, 0, 0], [1, 1, 0.125]]
+cell = 0.015625
+cfl = 0.5
+boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
+[[body]]
+name = "all"
+shape = { box = [[0, 0, 0], [1, 1, 0.125]] }
+)";
   }
 
   std::string objection(const Scene& scene) const override {

@@ -1,6 +1,7 @@
 #pragma once
 // Taylor-Green vortices in a periodic square or box, inviscid: u = s sin kx cos ky, v = -s cos kx sin ky, with k waves along each edge and
-// s = edge / (2 pi) per second, so that times are those of a square of edge 2 pi and speed 1 whatever the edge. Steady, in the frame of the flow that carries them.
+// s = edge / (2 pi) per second, so that times are those of a square of edge 2 pi and speed 1 whatever the edge. Steady, in the frame of the flow
+// that carries them.
 // In three dimensions the same flow in every layer: two-dimensional vortices, computed with the modes, stencils and solver of three.
 #include "sim/problems/known_flow.h"
 

@@ -99,8 +99,18 @@ class VortexRing final : public Problem {
  public:
   void params(base::Params& p) override { p("way", way_, "m", "that the ring goes; its radius is 10", base::within(1, 20)); }
   std::string shot() const override {
-    return "[sim]\ndomain = [[0, 0, 0], [56, 28, 28]]\ncell = 1\ncfl = 0.7\npressure_tolerance = 1e-4\n[[body]]\nname = \"all\"\nshape = { box = [[0, 0, 0], [56, 28, 28]] }\n";
+    return R"(
+[sim]
+domain = [[0, 0, 0], [56, 28, 28]]
+cell = 1
+cfl = 0.7
+pressure_tolerance = 1e-4
+[[body]]
+name = "all"
+shape = { box = [[0, 0, 0], [56, 28, 28]] }
+)";
   }
+
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, 3); !plain.empty()) return plain;
     const Options& o = scene.options;
