@@ -1,6 +1,7 @@
 #include "app/study/cost_plots.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
@@ -24,17 +25,35 @@ std::vector<const Variant*> front_of(std::vector<const Variant*> variants, const
   return front;
 }
 
+/// Curves that stay near their start are shown without the emptiness below them.
+bool falls(const std::vector<Series>& curves) {
+  double least = 1, most = 0;
+  for (const Series& s : curves)
+    for (const double v : s.y) least = std::min(least, v), most = std::max(most, v);
+  return least < 0.7 * most;
+}
+
 Series lines(const Variant& variant, const std::vector<double>& y) {
   return {.label = variant.label, .x = variant.course.time, .y = y, .style = Style::lines};
 }
 
-/// Bars of `values` by name for each variant; passes and stages in the order in which they first appear, the small ones as "other".
+/// Passes and stages of a step in the order of the flow; others come after them, by name.
+constexpr std::array kFlow = {"sort", "p2g", "stress", "forces", "pressure", "reflect", "extrapolate", "volume", "grid_update", "g2p", "advect", "collide",
+                              "plasticity", "carry"};
+
+std::size_t place_in_flow(const std::string& name) {
+  return static_cast<std::size_t>(std::find(kFlow.begin(), kFlow.end(), name) - kFlow.begin());
+}
+
+/// Bars of `values` by name for each variant, the small ones as "other".
 std::vector<Series> bars(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values) {
   std::set<std::string> names;
   for (const auto& all : values)
     for (const auto& [name, value] : all) names.insert(name);
   std::vector<Series> series;
-  for (const std::string& name : names) {
+  std::vector<std::string> ordered(names.begin(), names.end());
+  std::stable_sort(ordered.begin(), ordered.end(), [](const std::string& a, const std::string& b) { return place_in_flow(a) < place_in_flow(b); });
+  for (const std::string& name : ordered) {
     Series one{.label = name, .style = Style::stack};
     for (std::size_t i = 0; i < variants.size(); ++i) {
       const auto found = values[i].find(name);
@@ -91,18 +110,20 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
 
 std::optional<Plot> energy_plot(const Study& study, const StudyCase& part) {
   Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]",
-            .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]", .from_zero = true};
+            .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]"};
   for (const Variant* v : variants_of(study, part))
     if (!v->course.energy.empty()) plot.series.push_back(lines(*v, v->course.energy));
   if (plot.series.empty()) return {};
+  plot.from_zero = falls(plot.series);
   return plot;
 }
 
 std::optional<Plot> enstrophy_plot(const Study& study, const StudyCase& part) {
-  Plot plot{.title = title(study, part, "Enstrophy"), .x_label = "time [s]", .y_label = "enstrophy over that at the start [1]", .from_zero = true};
+  Plot plot{.title = title(study, part, "Enstrophy"), .x_label = "time [s]", .y_label = "enstrophy over that at the start [1]"};
   for (const Variant* v : variants_of(study, part))
     if (!v->course.enstrophy.empty()) plot.series.push_back(lines(*v, v->course.enstrophy));
   if (plot.series.empty()) return {};
+  plot.from_zero = falls(plot.series);
   return plot;
 }
 
