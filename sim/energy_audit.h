@@ -1,8 +1,8 @@
 #pragma once
 // Where the energy of a simulation goes, pass by pass. Energy is that of whatever carries the motion at the moment: of the particles' polynomials
 // before a scatter and after a gather, of the grid's velocities with the masses of the particles between them; with it goes the potential energy
-// of place and of deformation, which particles have at all times. Every pass gets the difference that it made, so the changes of all passes add up to the
-// whole, and nothing is missed and nothing is counted twice.
+// of place and of deformation, which particles have at all times. Every pass gets the difference that it made, so the changes of all passes add up
+// to the whole: nothing is missed and nothing is counted twice.
 //
 // Work that goes from one form into the other is no loss: what gravity gives velocities and takes from places by motion is counted together, as
 // "forces"; likewise what stress gives and takes, as "stress". What is left of each is the error of the time step, and of a free fall on periodic
