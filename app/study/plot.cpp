@@ -96,7 +96,9 @@ std::vector<Series> largest_series(std::vector<Series> series, std::size_t most)
   };
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
   std::vector<bool> kept(series.size(), false);
-  for (std::size_t i = 0; i < most; ++i) kept[order[i]] = true;
+  std::size_t left = most;
+  for (const std::size_t k : order)
+    if (series[k].label != "other" && left > 0) kept[k] = true, --left;   // what is called so goes with the small ones
   std::vector<Series> result;
   Series other{.label = "other", .x = series[0].x, .y = std::vector<double>(series[0].y.size(), 0), .low = {}, .high = {}, .style = series[0].style};
   for (std::size_t k = 0; k < series.size(); ++k) {
