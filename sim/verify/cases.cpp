@@ -21,7 +21,6 @@ std::vector<CaseNotBuilt> cases_not_built() {
           {"implicit_force_is_the_energys_derivative", "an implicit integrator", "numerics 7.14"},
           {"density_ratio_1000", "two liquids of different density", "numerics 7.18"},
           {"viscosity_ratio_1e5", "viscosity", "numerics 7.18"},
-          {"tank_turned_30_degrees", "colliders that are turned", "numerics 7.19"},
           {"mesh_colliders", "colliders made from meshes", "numerics 7.17"},
           {"moving_colliders_and_solids", "colliders that move among solids", "numerics 7.17"},
           {"not_finite_level_set", "level sets as input", "numerics 7.7"},

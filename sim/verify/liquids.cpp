@@ -74,6 +74,31 @@ VerifyCase still_water(int dimension, const char* rung, const Scheme& scheme, Se
   return c;
 }
 
+/// Water at rest around a box that no face of the grid is parallel to.
+VerifyCase tilted_box(int dimension, const Scheme& scheme) {
+  VerifyCase c = liquid_case("still_water/around_a_tilted_box", dimension, scheme);
+  c.expect = "fastest particle at the end over sqrt(g H)";
+  c.tolerance = 1e-3;
+  c.source = "numerics 7.19";
+  c.run = [=] {
+    const double depth = 0.3;
+    Scene scene = tank(dimension, 0.025, base::Vec3::Zero(), upright(dimension, 1, depth));
+    apply(scheme, scene.options);
+    scene.options.pressure_tolerance = 1e-9;
+    scene.options.volume_correction = 0;
+    Collider box;
+    box.name = "box";
+    box.shape.box = dimension == 2 ? base::Box{{0.41, 0.09, 0}, {0.63, 0.19, 0}} : base::Box{{0.41, 0.06, 0.09}, {0.63, 0.14, 0.19}};
+    box.shape.turn_by(30, dimension == 2 ? base::Vec3(0, 0, 1) : base::Vec3(0.2, 1, 0.1));
+    scene.colliders = {box};
+    add_gravity(scene);
+    const Course course = follow(scene, {.fps = 24, .frames = 12});
+    const double speed = course.end().max_speed / std::sqrt(kGravity * depth);
+    return report(course, speed, say("fastest %.1e sqrt(g H)", speed));
+  };
+  return c;
+}
+
 /// No air anywhere: nothing can move.
 VerifyCase full_box(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("full_box", dimension, scheme);
@@ -356,6 +381,9 @@ void add_liquid_cases(std::vector<VerifyCase>& all) {
   Scheme exact_extreme = extreme;
   exact_extreme.precision = kDouble;
   all.push_back(still_water(3, "extreme", exact_extreme, Seeding::regular));
+
+  all.push_back(tilted_box(2, normal));
+  all.push_back(tilted_box(3, normal));
 
   all.push_back(full_box(2, normal));
   all.push_back(full_box(2, extreme));
