@@ -69,6 +69,24 @@ TEST(Mesh, GoesOnIntoColliders) {
   EXPECT_EQ(beside_the_block(walls), 0);
 }
 
+// A ball above a block's edge: what is continued into the block through its top does not come out at its side.
+TEST(Mesh, GoesOnIntoCollidersButNotThroughTheirOtherFaces) {
+  sim::Shape block;
+  block.box = base::Box{Vec3(0.1, 0.1, 0), Vec3(0.4, 0.5, 0.3)};
+  const Vec3 middle(0.4, 0.3, 0.42);
+  surface::Room walls = room();
+  walls.solids = {block};
+  walls.is_liquid = false;
+  const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return (x - middle).norm() < 0.1 && block.distance(x) > 0; }), {}, walls);
+  int inside = 0;
+  for (const Vec3f& v : mesh.position) {
+    const Vec3 x = v.cast<double>();
+    inside += block.distance(x) < 0;
+    EXPECT_TRUE(block.distance(x) < 0 || (x - middle).norm() < 0.1 + 2 * kVoxel) << x.transpose();
+  }
+  EXPECT_GT(inside, 100) << "nothing was continued into the block";
+}
+
 TEST(Mesh, FacesOutwards) {
   const surface::Mesh mesh = mesh_of(ball(0.2));
   EXPECT_GT(volume(mesh), 0);

@@ -85,6 +85,7 @@ double PictureMaker::surface(std::int64_t frame) {
   Folder::make_room_for(file);
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
   for (const sim::Collider& collider : setting_at(frame).colliders) room.solids.push_back(collider.shape);
+  room.is_liquid = !shot_.scene.options.is_solid();
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);
   surface::write_surface(file, points, shot_.surface, room, ledger);
