@@ -61,7 +61,7 @@ struct Nonsense {
   const char* name;
   std::string text, told;       // the shot, and what its line must hold
   std::string mesh = {};
-  const char* source = "numerics 7.22";
+  const char* source = "case 22";
 };
 
 sim::VerifyCase refused(const Nonsense& n) {
@@ -90,7 +90,7 @@ std::vector<Nonsense> nonsense() {
   const std::string water = kWater, jelly = kJelly;
   const std::string mesh_shot = "[sim]\nsolver = \"solid\"\n[[body]]\nname = \"piece\"\nshape = { mesh = { file = \"m.obj\" } }\n";
   const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
-  const char* const numbers = "numerics 7.7";
+  const char* const numbers = "case 7";
   return {{"cell_nan", water + "[sim]\ncell = nan\n", "sim.cell = nan m: must be finite", "", numbers},
           {"cell_infinite", water + "[sim]\ncell = inf\n", "sim.cell = inf m: must be finite", "", numbers},
           {"cell_zero", water + "[sim]\ncell = 0\n", "sim.cell = 0 m: must be above 0"},
@@ -103,15 +103,15 @@ std::vector<Nonsense> nonsense() {
           {"young_zero", jelly + "material = { preset = \"jelly\", young = 0 }\n", "material.young = 0 Pa: must be above 0"},
           {"density_zero", jelly + "material = { preset = \"jelly\", density = 0 }\n", "material.density = 0 kg/m^3: must be above 0"},
           {"poisson_minus_one", jelly + "material = { preset = \"jelly\", poisson = -1 }\n", "material.poisson = -1: must be"},
-          {"poisson_half", jelly + "material = { preset = \"jelly\", poisson = 0.5 }\n", "material.poisson = 0.5: must be", "", "numerics 7.10"},
+          {"poisson_half", jelly + "material = { preset = \"jelly\", poisson = 0.5 }\n", "material.poisson = 0.5: must be", "", "case 10"},
           {"fps_zero", water + "[shot]\nfps = 0\n", "shot.fps = 0"},
           {"cfl_zero", water + "[sim]\ncfl = 0\n", "sim.cfl = 0"},
           {"domain_empty", water + "[sim]\ndomain = [[0, 0, 0], [0, 1, 1]]\n", "sim.domain"},
-          {"no_particle", "[[body]]\nname = \"column\"\nshape = { box = [[5, 5, 5], [6, 6, 6]] }\n", "no particle", "", "numerics 7.5"},
-          {"body_in_a_collider", water + "[[collider]]\nname = \"block\"\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n", "no particle", "", "numerics 7.17"},
+          {"no_particle", "[[body]]\nname = \"column\"\nshape = { box = [[5, 5, 5], [6, 6, 6]] }\n", "no particle", "", "case 5"},
+          {"body_in_a_collider", water + "[[collider]]\nname = \"block\"\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n", "no particle", "", "case 17"},
           {"solid_with_linear_kernel", "[sim]\nsolver = \"solid\"\nkernel = \"linear\"\n[[body]]\nname = \"cube\"\nshape = { box = [[0.2, 0.2, 0.2], [0.5, 0.5, 0.5]] }\n",
-           "solids need the quadratic kernel", "", "numerics 4"},
-          {"limited_carry_with_linear_kernel", water + "[sim]\nkernel = \"linear\"\ncarry = \"limited\"\n", "carry", "", "numerics 4"},
+           "solids need the quadratic kernel", "", "docs/transfers.md, carry"},
+          {"limited_carry_with_linear_kernel", water + "[sim]\nkernel = \"linear\"\ncarry = \"limited\"\n", "carry", "", "docs/transfers.md, carry"},
           {"voxel_zero", water + "[surface]\nvoxel = 0\n", "surface.voxel = 0 m: must be above 0"},
           {"voxel_too_fine", water + "[surface]\nvoxel = 1e-9\n", "surface.voxel = 1e-09 m: is 0 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"},
           {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n", "surface.voxel = 0.5 m: is 25 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"}};
@@ -140,7 +140,7 @@ std::vector<std::uint64_t> hashes_of(const Shot& shot, int threads, std::int64_t
 }
 
 sim::VerifyCase same_bits(const fs::path& file) {
-  sim::VerifyCase c = file_case("threads_and_restarts/" + file.stem().string(), 3, "numerics 7.21");
+  sim::VerifyCase c = file_case("threads_and_restarts/" + file.stem().string(), 3, "case 21");
   c.expect = "the draft of the shot has the same state_hash on 1, 2 and 4 threads, and from a checkpoint at every frame (value: runs that differ)";
   c.run = [file] {
     const Shot shot = read_shot(file, {.quality = "draft", .sets = {}});
@@ -167,7 +167,7 @@ nlohmann::ordered_json film(const base::ScratchFolder& folder, const std::string
 }
 
 sim::VerifyCase goes_on() {
-  sim::VerifyCase c = file_case("resume/goes_on", 3, "numerics 7.21");
+  sim::VerifyCase c = file_case("resume/goes_on", 3, "case 21");
   c.expect = "frames 1-2 and then 1-4 give the files that 1-4 at once gives (value: frames that differ)";
   c.run = [] {
     const base::ScratchFolder folder;
@@ -184,7 +184,7 @@ sim::VerifyCase goes_on() {
 }
 
 sim::VerifyCase refuses_a_change() {
-  sim::VerifyCase c = file_case("resume/changed_shot", 3, "numerics 7.23");
+  sim::VerifyCase c = file_case("resume/changed_shot", 3, "case 23");
   c.expect = "an expected failure: exit 4 names the key that changed, sim.cfl";
   c.run = [] {
     const base::ScratchFolder folder;
@@ -235,7 +235,7 @@ std::int64_t not_finite_in(const fs::path& file) {
 }
 
 sim::VerifyCase files_hold_numbers() {
-  sim::VerifyCase c = file_case("files_hold_numbers", 3, "numerics 7");
+  sim::VerifyCase c = file_case("files_hold_numbers", 3, "docs/stability.md");
   c.expect = "points, surfaces, pictures, checkpoints and ledgers of a film hold no number that is none (value: how many do)";
   c.run = [] {
     const base::ScratchFolder folder;

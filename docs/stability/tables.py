@@ -16,7 +16,7 @@ families = {}
 for case in found["cases"]:
     families.setdefault(case["name"].split("/")[0], []).append(case)
 lines = ["# Hard cases, as last run", "", f"{len(found['cases'])} cases: {found['passed']} pass, {found['failed']} fail. `docs/stability/tables.py` writes this page.", "",
-         "| case | how many | numerics and papers | must hold | tolerance | worst found |", "| --- | --- | --- | --- | --- | --- |"]
+         "| case | how many | case or page | must hold | tolerance | worst found |", "| --- | --- | --- | --- | --- | --- |"]
 for name, cases in families.items():
     kinds = {}
     for c in cases:
@@ -25,7 +25,7 @@ for name, cases in families.items():
         worst = max(members, key=lambda c: c["value"] / c["tolerance"] if c["tolerance"] else c["value"])
         tolerances = sorted({c["tolerance"] for c in members})
         shown = f"{tolerances[0]:g}" if len(tolerances) == 1 else f"{tolerances[0]:g} to {tolerances[-1]:g}"
-        source = sorted({c["source"].replace("numerics ", "section ") for c in members})[0]
+        source = sorted({c["source"] for c in members})[0]
         failed = [c for c in members if not c["passed"]]
         lines.append(f"| {name.replace('_', ' ')} | {len(members)} | {source} | {expect.replace('|', '/')} | {shown} | {worst['value']:.3g}{' FAILS' if failed else ''} |")
 lines += ["", "Not built, and counted apart:", "", "| case | needs |", "| --- | --- |"] + [f"| {c['name'].replace('_', ' ')} | {c['needs']} |" for c in found["not_built"]]

@@ -17,7 +17,7 @@ VerifyCase contact_case(const std::string& name, int dimension, const Scheme& sc
   c.dimension = dimension;
   c.transfer = transfer_text(scheme, dimension), c.kernel = kernel_text(scheme);
   c.integrator = is_solid ? "explicit" : scheme.splitting == Splitting::lie ? "lie" : "reflection";
-  c.source = "numerics 7.17";
+  c.source = "case 17";
   return c;
 }
 
@@ -118,7 +118,7 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
   VerifyCase c = contact_case(std::string("on_the_domains_edge/") + kind, dimension, scheme, is_solid);
   c.expect = side == Side::open ? "inside or counted as gone (value: those that are neither)" : "kept inside (value: those that are not)";
   c.tolerance = 0;
-  c.source = "numerics 7.2";
+  c.source = "case 2";
   c.run = [=] {
     const double h = 0.1;
     Scene scene = is_solid ? walled_scene(dimension, 1, h) : tank(dimension, h, {0, 0, 0}, dimension == 2 ? base::Vec3(1, 0.3, 0) : base::Vec3(1, 0.2, 0.3));

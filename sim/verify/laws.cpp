@@ -26,7 +26,7 @@ VerifyCase law_case(const std::string& name, int dimension, const std::string& s
 /// Random stretches, returned twice: the second time nothing moves. And none stores more energy than it had, snow's published box apart.
 template <int D, class Yield>
 VerifyCase returns(const std::string& law, const Yield& yield, bool dissipates) {
-  VerifyCase c = law_case("return_mapping/" + law, D, "numerics 7.12");
+  VerifyCase c = law_case("return_mapping/" + law, D, "case 12");
   c.expect = "a second return changes no stretch by more than the tolerance; no return stores energy";
   c.tolerance = 1e-12;
   c.run = [=] {
@@ -61,7 +61,7 @@ VerifyCase returns(const std::string& law, const Yield& yield, bool dissipates) 
 /// Pulled apart by a tenth an axis and pushed back until grains bear again: the volume at which they do.
 template <int D>
 VerifyCase sand_volume() {
-  VerifyCase c = law_case("sand_at_the_tip", D, "numerics 7.12; Tampubolon17: 1.004 with the volume correction, 1.108 without");
+  VerifyCase c = law_case("sand_at_the_tip", D, "case 12; Tampubolon17: 1.004 with the volume correction, 1.108 without");
   c.expect = "volume at which sand that was pulled apart bears again, over that at the start";
   c.tolerance = 1.03;
   c.run = [=] {

@@ -28,7 +28,7 @@ VerifyCase dam_break(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("dam_break", dimension, scheme);
   c.expect = "energy at most the tolerance of the start's";
   c.tolerance = 1.005;
-  c.source = "numerics 5, lesson 4";
+  c.source = "docs/fluid.md, rungs";
   c.run = [=] {
     Scene scene = tank(dimension, 0.05, base::Vec3::Zero(), upright(dimension, 0.4, 0.4));
     apply(scheme, scene.options);
@@ -49,7 +49,7 @@ VerifyCase still_water(int dimension, const char* rung, const Scheme& scheme, Se
   const bool jitters = seeding == Seeding::jitter;
   c.expect = jitters ? "root mean square of the speed over the second half, over sqrt(g H); fastest at most .15 of it; volume to 1 %" : "fastest particle at the end over sqrt(g H)";
   c.tolerance = jitters ? 1.2e-2 : 1e-6;
-  c.source = "numerics 7.19";
+  c.source = "case 19";
   c.run = [=] {
     const double depth = 0.25, unit = std::sqrt(kGravity * depth);
     Scene scene = tank(dimension, dimension == 2 ? 0.02 : 0.05, base::Vec3::Zero(), upright(dimension, 1, depth));
@@ -79,7 +79,7 @@ VerifyCase tilted_box(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("still_water/around_a_tilted_box", dimension, scheme);
   c.expect = "fastest particle at the end over sqrt(g H)";
   c.tolerance = 1e-3;
-  c.source = "numerics 7.19";
+  c.source = "case 19";
   c.run = [=] {
     const double depth = 0.3;
     Scene scene = tank(dimension, 0.025, base::Vec3::Zero(), upright(dimension, 1, depth));
@@ -104,7 +104,7 @@ VerifyCase full_box(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("full_box", dimension, scheme);
   c.expect = "fastest particle over sqrt(g H); imbalance at most 1e-9 /s";
   c.tolerance = 1e-4;
-  c.source = "numerics 7.16";
+  c.source = "case 16";
   c.run = [=] {
     Scene scene = tank(dimension, 0.05, base::Vec3::Zero(), upright(dimension, 1, 0.5));
     apply(scheme, scene.options);
@@ -128,7 +128,7 @@ VerifyCase pocket(int dimension, const Scheme& scheme, Pocket kind) {
   c.expect = single ? "a cell without an open face is solid: what is in it stays (value: particles that got out)"
                     : "what is shut in stays at rest: its fastest particle over sqrt(g H)";
   c.tolerance = single ? 0 : 1e-3;
-  c.source = "numerics 7.16";
+  c.source = "case 16";
   c.run = [=] {
     const double h = 0.05;
     Scene scene = tank(dimension, h, base::Vec3::Zero(), upright(dimension, 0.3, 0.3));
@@ -185,7 +185,7 @@ VerifyCase piston(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("piston_into_a_full_box", dimension, scheme);
   c.expect = "the imbalance told is the piston's sweep over the volume left, to the column of cells it cuts (value: off by); nothing faster than three times the piston";
   c.tolerance = 0.06;
-  c.source = "numerics 7.16";
+  c.source = "case 16";
   c.run = [=] {
     const double speed = 0.1;
     Scene scene = tank(dimension, 0.05, base::Vec3::Zero(), upright(dimension, 1, 0.5));
@@ -212,7 +212,7 @@ VerifyCase few_particles(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("one_particle_a_cell", dimension, scheme);
   c.expect = "three seconds of a dam break with gaps everywhere: energy at most the tolerance of the start's; the volume that is lost is told, not held";
   c.tolerance = 1.005;
-  c.source = "numerics 7.6";
+  c.source = "case 6";
   c.run = [=] {
     Scene scene = tank(dimension, dimension == 2 ? 0.02 : 0.04, base::Vec3::Zero(), upright(dimension, 0.4, 0.4));
     if (dimension == 3) scene.options.domain.upper = {1, 0.2, 0.52}, scene.bodies[0].shape.box->upper.z() = 0.4;
@@ -233,7 +233,7 @@ VerifyCase falling_blocks(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("blocks_fall_into_a_pool", dimension, scheme);
   c.expect = "volume by the surface within the tolerance, over the last second of six";
   c.tolerance = 0.02;
-  c.source = "numerics 7.6";
+  c.source = "case 6";
   c.is_quick = dimension == 2;
   c.run = [=] {
     Scene scene = tank(dimension, dimension == 2 ? 0.02 : 0.04, base::Vec3::Zero(), upright(dimension, 1, 0.12));
@@ -260,7 +260,7 @@ VerifyCase emptied(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("emptied_half_way", dimension, scheme);
   c.expect = "all particles go out and are counted, and empty frames follow (value: particles left)";
   c.tolerance = 0;
-  c.source = "numerics 7.5";
+  c.source = "case 5";
   c.run = [=] {
     Scene scene = tank(dimension, 0.05, upright(dimension, 0.3, 0.2) - upright(dimension, 0, 0.2), upright(dimension, 0.6, 0.3));
     apply(scheme, scene.options);
@@ -282,7 +282,7 @@ VerifyCase fast(int dimension, const Scheme& scheme, double speed) {
   VerifyCase c = liquid_case(say("fast/%g_m_s", speed), dimension, scheme);
   c.expect = "energy at most the tolerance of the start's, and no step moves anything farther than twice cfl";
   c.tolerance = 1.005;
-  c.source = "numerics 7.8";
+  c.source = "case 8";
   c.run = [=] {
     Scene scene = tank(dimension, 0.05, upright(dimension, 0.1, 0.1) - (dimension == 3 ? base::Vec3(0, 0.2, 0) : base::Vec3::Zero()), upright(dimension, 0.3, 0.3));
     apply(scheme, scene.options);
@@ -301,7 +301,7 @@ VerifyCase coincident(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("coincident/liquid", dimension, scheme);
   c.expect = "energy at most the tolerance of the start's";
   c.tolerance = 1 + 1e-6;
-  c.source = "numerics 7.5";
+  c.source = "case 5";
   c.run = [=] {
     Scene scene = tank(dimension, 0.05, dimension == 2 ? base::Vec3(0.3, 0.2, 0) : base::Vec3(0.3, 0.05, 0.2), dimension == 2 ? base::Vec3(0.4, 0.3, 0) : base::Vec3(0.4, 0.15, 0.3));
     apply(scheme, scene.options);
@@ -325,7 +325,7 @@ VerifyCase collapse(const std::string& name, const std::string& cause, const std
   c.transfer = "apic", c.kernel = is_solid ? "quadratic" : "linear", c.integrator = is_solid ? "explicit" : "lie";
   c.expect = "an expected failure: it stops with exit 3 and names the cause, " + cause;
   c.tolerance = 0;
-  c.source = "numerics 7.20";
+  c.source = "case 20";
   c.run = [=] {
     Watch simulation(scene(), 24);
     base::Ledger ledger;

@@ -49,7 +49,7 @@ VerifyCase degenerate(const std::string& kind, int dimension, const Scheme& sche
   VerifyCase c = solid_case("degenerate/" + kind + "/" + name_of(law), dimension, scheme);
   c.expect = "no number that is none; energy at most the tolerance of the start's";
   c.tolerance = 1.02;
-  c.source = "numerics 7.9";
+  c.source = "case 9";
   c.run = [=] {
     const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10, .prepare = start_with(dimension, scheme.precision, diagonal)});
     return report(course, course.largest_energy(), say("largest energy %.4f of the start, elastic energy %.3g of it at the end", course.largest_energy(), elastic(course.end()) / course.energy(0)));
@@ -62,7 +62,7 @@ VerifyCase crushed(int dimension, const Scheme& scheme, Elasticity law, double t
   VerifyCase c = solid_case(std::string("crushed/") + name_of(law), dimension, scheme);
   c.expect = "a block crushed along one axis springs back: it gets at least 1.2 times as wide as it was let go (value: 1.2 over the widest)";
   c.tolerance = 1;
-  c.source = "numerics 7.9";
+  c.source = "case 9";
   c.run = [=] {
     std::vector<double> diagonal(3, 1.0);
     diagonal[0] = to;
@@ -87,7 +87,7 @@ VerifyCase impact(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("impact_above_sound", dimension, scheme);
   c.expect = "steps get shorter, and energy is at most the tolerance of the start's";
   c.tolerance = 1.02;
-  c.source = "numerics 7.11";
+  c.source = "case 11";
   c.run = [=] {
     Scene scene = open_scene(dimension, 2, dimension == 2 ? 0.05 : 0.1);
     apply(scheme, scene.options);
@@ -112,7 +112,7 @@ VerifyCase translation(int dimension, const Scheme& scheme) {
   const bool exact = scheme.precision == kDouble;
   c.expect = "stress over Young's modulus no more than the tolerance";
   c.tolerance = exact ? 1e-12 : 2e-4;
-  c.source = exact ? "numerics 7.15" : "numerics 7.15, in single precision by its rounding: 2500 steps of 6e-8";
+  c.source = exact ? "case 15" : "case 15, in single precision by its rounding: 2500 steps of 6e-8";
   c.run = [=] {
     Scene scene = open_scene(dimension, 1, 0.05);
     scene.options.domain.upper.x() = 64;
@@ -133,7 +133,7 @@ VerifyCase coincident(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("coincident/solid", dimension, scheme);
   c.expect = "energy at most that of the start, momentum stays 0";
   c.tolerance = 1 + 1e-9;
-  c.source = "numerics 7.5";
+  c.source = "case 5";
   c.run = [=] {
     Scene scene = open_scene(dimension, 1, 0.1);
     apply(scheme, scene.options);
@@ -157,7 +157,7 @@ VerifyCase hardening(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("snow_hardening", dimension, scheme);
   c.expect = "hardening stops at its cap, and is counted (value: 1 where nothing was held); energy at most 1.15 of the start's";
   c.tolerance = 0;
-  c.source = "numerics 7.13; Stomakhin13 eq 9, whose box of stretches may store an eighth more";
+  c.source = "case 13; Stomakhin13 eq 9, whose box of stretches may store an eighth more";
   c.run = [=] {
     Scene scene = walled_scene(dimension, 1, 0.05);
     if (dimension == 3) scene.options.cell = 0.1;
@@ -180,7 +180,7 @@ VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("stiffness_ratio_1e6", dimension, scheme);
   c.expect = "the ball bounces: energy at most the tolerance of the start's, momentum to rounding";
   c.tolerance = 1.02;
-  c.source = "numerics 7.10";
+  c.source = "case 10";
   c.run = [=] {
     Scene scene = open_scene(dimension, 1, 0.05);
     if (dimension == 3) scene.options.cell = 0.1;
@@ -204,7 +204,7 @@ VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("shaken_sand", dimension, scheme);
   c.expect = "sand that flies apart and falls back fills at most the tolerance of its volume";
   c.tolerance = 1.03;
-  c.source = "numerics 7.12; Tampubolon17";
+  c.source = "case 12; Tampubolon17";
   c.run = [=] {
     Scene scene = walled_scene(dimension, 0.4, dimension == 2 ? 0.02 : 0.04);
     apply(scheme, scene.options);

@@ -29,7 +29,7 @@ VerifyCase spin_case(int dimension, const Scheme& scheme, double young = 200) {
   c.name = std::string(dimension == 2 ? "spinning_disk/" : "spinning_sphere/") + (young < 100 ? "soft/" : "") + solid_text(scheme, dimension);
   c.dimension = dimension;
   c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
-  c.source = "numerics 4 and 7.15; PolyPIC S3";
+  c.source = "docs/transfers.md, carry; case 15; PolyPIC S3";
   return c;
 }
 
@@ -67,7 +67,7 @@ VerifyCase blows_up(int dimension, const Scheme& scheme) {
   VerifyCase c = spin_case(dimension, scheme);
   c.expect = "an expected failure: unwatched it gains energy without end; the watch does the frame again, with modes limited too, and ends below twice the energy or stops, naming the energy or what is strongly stretched";
   c.tolerance = 0;
-  c.source = "numerics 4: fixed carry blows up in 12 of 12 runs";
+  c.source = "docs/transfers.md, carry: fixed carry blows up in 12 of 12 runs";
   c.run = [=] {
     const Plan plan{.fps = 20, .frames = dimension == 2 ? 80 : 40};
     Plan alone = plan;
@@ -92,7 +92,7 @@ VerifyCase lone(int dimension, const Scheme& scheme, double stretch) {
   c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
   c.expect = "1e4 steps: largest energy over the start's at most 1 + 2.6 CFL (CFL .2); in the last quarter at most 1.02 of the first's";
   c.tolerance = 1 + 2.6 * 0.2;
-  c.source = "numerics 7.3";
+  c.source = "case 3";
   c.run = [=] {
     Scene scene = open_scene(dimension, 1, 0.1);
     apply(scheme, scene.options);
@@ -132,7 +132,7 @@ VerifyCase light_nodes(int dimension, const Scheme& scheme) {
   c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
   c.expect = "nodes of 1e-12 of a particle's mass: energy at most 1.01 of the start's, angular momentum to 1e-10";
   c.tolerance = 1.01;
-  c.source = "numerics 7.4";
+  c.source = "case 4";
   c.run = [=] {
     Scene scene = open_scene(dimension, dimension == 2 ? 1 : 0.625, 1.0 / 16);
     apply(scheme, scene.options);
@@ -163,7 +163,7 @@ VerifyCase swells(int dimension) {
   c.transfer = "apic", c.kernel = "quadratic", c.integrator = "explicit";
   c.expect = "mean J - 1 over time within 5 % of the elastic solution's";
   c.tolerance = 0.05;
-  c.source = dimension == 2 ? "numerics 7.15: rho w^2 R^2 / (4 (lambda + mu))" : "numerics 7.15: 2 rho w^2 R^2 / (15 K)";
+  c.source = dimension == 2 ? "case 15: rho w^2 R^2 / (4 (lambda + mu))" : "case 15: 2 rho w^2 R^2 / (15 K)";
   c.is_quick = dimension == 2;
   c.run = [=] {
     Scene scene = spinning(dimension, scheme, 200);

@@ -35,7 +35,7 @@ Lattice<D> box_of(int edge, bool periodic) {
   return Lattice<D>(cells, around);
 }
 
-/// The value at w of one-dimensional mode n about x, as printed and corrected in numerics 1, and no code of the transfer's.
+/// The value at w of one-dimensional mode n about x, as docs/transfers.md gives it, and no code of the transfer's.
 double mode_at(Kernel kernel, int n, double x, double w) {
   if (n < 2 || kernel == Kernel::linear) return n == 0 ? 1 : w;
   const auto lx = static_cast<long double>(x), lw = static_cast<long double>(w);
@@ -48,7 +48,7 @@ VerifyCase edge_offsets(Kernel kernel) {
   VerifyCase c = transfer_case<D>("on_an_edge", kernel, full_set<D>(kernel));
   c.expect = "the polynomial meets the nodes of its stencil to the tolerance, of velocities up to 1";
   c.tolerance = 1e-12;
-  c.source = "numerics 7.1";
+  c.source = "case 1";
   c.run = [=] {
     const Lattice<D> lattice = box_of<D>(8, true);
     const auto blocks = ActiveBlocks<D>::whole(lattice);
@@ -107,7 +107,7 @@ VerifyCase round_trip(Kernel kernel) {
   c.name += exact ? "/double" : "/single";
   c.expect = "the grid has its field back to the tolerance, of velocities up to 1";
   c.tolerance = exact ? 1e-13 : 2e-6;
-  c.source = "numerics 3";
+  c.source = "docs/transfers.md, conservation";
   c.run = [=] {
     const Lattice<D> lattice = box_of<D>(8, true);
     const auto blocks = ActiveBlocks<D>::whole(lattice);
@@ -161,7 +161,7 @@ VerifyCase transfer_order(Kernel kernel) {
   VerifyCase c = transfer_case<D>("order_of_transfer", kernel, "any");
   c.expect = "order of the error in the cell at least 1.8 (value: 1.8 over the order)";
   c.tolerance = 1;
-  c.source = "numerics 7.24";
+  c.source = "case 24";
   c.run = [=] {
     std::array<double, 3> error{};
     for (std::size_t level = 0; level < 3; ++level) {
@@ -219,7 +219,7 @@ VerifyCase pressure_order() {
   c.transfer = "any", c.kernel = "any", c.integrator = "any";
   c.expect = "order of the error in the cell at least 1.8 (value: 1.8 over the order)";
   c.tolerance = 1;
-  c.source = "numerics 7.24: v = curl psi + grad phi, psi = sin^2 sin, phi = cos cos (cos)";
+  c.source = "case 24: v = curl psi + grad phi, psi = sin^2 sin, phi = cos cos (cos)";
   c.run = [=] {
     std::array<double, 3> error{};
     for (std::size_t level = 0; level < 3; ++level) {
@@ -262,7 +262,7 @@ VerifyCase thin_surface() {
   c.transfer = "any", c.kernel = "any", c.integrator = "any";
   c.expect = "iterations with a quarter of the surface 1e-12 cells above the middles of cells, at most twice those with all of it half a cell above; velocities finite";
   c.tolerance = 2;
-  c.source = "numerics 7.18";
+  c.source = "case 18";
   c.run = [=] {
     const int n = D == 2 ? 64 : 24;
     const auto blocks = ActiveBlocks<D>::whole(box_of<D>(n, false));
