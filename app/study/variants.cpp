@@ -115,8 +115,9 @@ std::string label_of(const sim::Options& o, const Sets& varied) {
     if (names.splitting == "reflection") add(names.splitting);
   }
   for (const auto& [key, value] : varied) {
-    if (key == "sim.carry" && varied.size() > 1) {   // the ladder's own needs no word
-      if (o.carry == sim::Carry::limited) add(value);
+    if (key == "sim.carry") {   // the ladder's own needs no word
+      const bool bends = o.transfer == sim::Transfer::polypic && o.kernel == sim::Kernel::quadratic;
+      if (varied.size() == 1 || o.carry != (bends ? sim::Carry::hybrid : sim::Carry::fixed)) add(value);
     } else if (!is_scheme_key(key)) {
       add(key.substr(key.rfind('.') + 1) + " " + (key == "sim.cell" ? fmt::format("{:.3g}", o.cell) : value));
     }
