@@ -40,6 +40,8 @@ class Predictor {
     for (std::int64_t frame = 1; frame <= range.last; ++frame) add_simulation(frame, range.last, late, out);
     for (std::int64_t frame = range.first; frame <= range.last; ++frame) add_pictures(frame, out);
     add_checkpoints(range.last, out);
+    constexpr double kPage = 8e4, kPicture = 1.5e4, kMostPictures = 24;   // of report.html: the same for all shots
+    out.disk["report"] = kPage + (shot_.has_pictures ? kPicture * std::min(out.frames, kMostPictures) : 0);
     out.peak_bytes = memory();
     return out;
   }
