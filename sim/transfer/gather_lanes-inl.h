@@ -110,6 +110,17 @@ HWY_INLINE void gather_lattice(const Batch<S>& batch, std::size_t cell_place, co
   }
 }
 
+/// Calls for the rows that are written two batches later: a batch writes a piece of each of eight rows, which hardware does not take for a stream,
+/// and stores to lines that are far fill the store queue.
+template <class S>
+HWY_INLINE void prefetch_written(const Block& block, std::uint32_t p) {
+  constexpr std::uint32_t kAhead = 2 * kLanes;
+  if constexpr (S::count < 8) return;   // short rows fill their lines at once
+  const char* const row = reinterpret_cast<const char*>(block.coefficients + std::size_t(p + kAhead) * Batch<S>::kRow);
+#pragma GCC unroll 8
+  for (std::size_t byte = 0; byte < kLanes * sizeof(float) * Batch<S>::kRow; byte += 64) __builtin_prefetch(row + byte, 1);
+}
+
 template <class S, bool gradient>
 struct GatherBatch {
   const Block& block;
@@ -117,6 +128,7 @@ struct GatherBatch {
   HWY_INLINE void operator()(std::uint32_t p, int size, std::size_t place) const {
     float spare[3 * S::count + 4];
     HWY_ALIGN float scratch[gradient ? 9 * kLanes : kLanes];
+    prefetch_written<S>(block, p);
     const Batch<S> batch(block, p, size, false, spare);
     gather_lattice<S, 0, gradient>(batch, place, g, scratch);
     if constexpr (S::faces) {

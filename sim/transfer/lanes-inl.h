@@ -221,17 +221,28 @@ HWY_INLINE void store_component(const Batch<S>& batch, int component, V (&c)[S::
   }
 }
 
-/// Calls body(first particle, lanes, place in the tile) for the batches of a block, cell by cell.
+/// Calls body(first particle, lanes, place in the tile) for the batches of a block, cell by cell. They are listed first: how many a cell has is as
+/// chance wants it, and a wrong guess there costs nothing while no batch is under way.
 template <class S, class Body>
 HWY_INLINE void for_batches(const Block& block, Body& body) {
-  constexpr int edge = Lattice<3>::kBlock;
-  for (int local = 0; local < Lattice<3>::kCellsPerBlock; ++local) {
-    const std::uint32_t end = block.begin[local + 1];
-    std::uint32_t p = block.begin[local];
-    if (p == end) continue;
-    const int i = local / (edge * edge) + 1, j = local / edge % edge + 1, k = local % edge + 1;
-    const std::size_t place = std::size_t((i * S::tile + j) * S::tile + k);
-    for (; p < end; p += kLanes) body(p, int(end - p < kLanes ? end - p : kLanes), place);
+  struct Listed {
+    std::uint32_t first;
+    std::uint16_t place, size;
+  };
+  constexpr int edge = Lattice<3>::kBlock, cells = Lattice<3>::kCellsPerBlock, kMost = 512;
+  Listed list[kMost + 1];
+  std::uint32_t p = block.begin[0];
+  for (int cell = 0; cell < cells;) {
+    int count = 0;
+    while (cell < cells && count < kMost) {   // no branch depends on a cell's particles: an entry that holds none is written over
+      const std::uint32_t end = block.begin[cell + 1], left = end - p;
+      const int i = cell / (edge * edge) + 1, j = cell / edge % edge + 1, k = cell % edge + 1;
+      list[count] = {p, std::uint16_t((i * S::tile + j) * S::tile + k), std::uint16_t(left < kLanes ? left : kLanes)};
+      const bool more = left > kLanes;
+      count += left > 0, cell += !more;
+      p = more ? p + kLanes : end;
+    }
+    for (int b = 0; b < count; ++b) body(list[b].first, int(list[b].size), std::size_t(list[b].place));
   }
 }
 

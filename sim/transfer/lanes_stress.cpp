@@ -109,12 +109,10 @@ struct StressedBatch {
     axis_rows<3, Axis::shared_node, S::modes, false>(batch.t[1], y);
     axis_rows<3, Axis::shared_node, S::modes, false>(batch.t[2], z);
     Slopes sx(batch.t[0]), sy(batch.t[1]), sz(batch.t[2]);
-    if (size < kLanes) {   // every product has a factor of x
-      const auto counts = hn::FirstN(kTag, std::size_t(size));
-      for (int i = 0; i < 3; ++i) {
-        for (int m = 0; m < S::modes; ++m) x.at[m][i] = hn::IfThenElseZero(counts, x.at[m][i]);
-        sx.at[i] = hn::IfThenElseZero(counts, sx.at[i]);
-      }
+    const auto counts = hn::FirstN(kTag, std::size_t(size));   // every product has a factor of x
+    for (int i = 0; i < 3; ++i) {
+      for (int m = 0; m < S::modes; ++m) x.at[m][i] = hn::IfThenElseZero(counts, x.at[m][i]);
+      sx.at[i] = hn::IfThenElseZero(counts, sx.at[i]);
     }
     const std::size_t first = std::size_t(std::ptrdiff_t(place) + S::first_place(0)) * kLanes, field = std::size_t(S::padded) * kLanes;
     float* HWY_RESTRICT mass = lanes + first;
@@ -164,6 +162,7 @@ struct MovingGather {
     constexpr Half half{};
     float spare[3 * S::count + 4], spare_row[12], spare_velocity[4];
     HWY_ALIGN float scratch[9 * kLanes];
+    prefetch_written<S>(block, p);
     const Batch<S> batch(block, p, size, false, spare);
     gather_lattice<S, 0, true>(batch, place, {.tile = tile}, scratch);
     float *row[kLanes], *velocity[kLanes];

@@ -60,11 +60,9 @@ HWY_INLINE void scatter_lattice(const Batch<S>& batch, std::size_t cell_place, f
   axis_rows<S::n, S::kind(l, 0), S::modes, false>(batch.t[0], x);
   axis_rows<S::n, S::kind(l, 1), S::modes, false>(batch.t[1], y);
   axis_rows<S::n, S::kind(l, 2), S::modes, false>(batch.t[2], z);
-  if (batch.size < kLanes) {
-    const auto counts = hn::FirstN(kTag, std::size_t(batch.size));
-    for (int m = 0; m < S::modes; ++m)
-      for (int i = 0; i < wx; ++i) x.at[m][i] = hn::IfThenElseZero(counts, x.at[m][i]);
-  }
+  const auto counts = hn::FirstN(kTag, std::size_t(batch.size));   // every product has a factor of x
+  for (int m = 0; m < S::modes; ++m)
+    for (int i = 0; i < wx; ++i) x.at[m][i] = hn::IfThenElseZero(counts, x.at[m][i]);
   const std::size_t first = std::size_t(std::ptrdiff_t(cell_place) + S::first_place(l)) * kLanes, field = std::size_t(S::padded) * kLanes;
   float* HWY_RESTRICT mass = lanes + std::size_t(l) * field + first;
 #pragma GCC unroll 4
