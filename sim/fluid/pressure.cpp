@@ -288,6 +288,11 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
   return base::ordered_reduce(blocks.count(), kBlocksAtOnce, LiquidVolume{}, [&](std::size_t begin, std::size_t end) {
     LiquidVolume volume;
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (cells.kind[i] == CellKind::air && filling[i] > 0) {
+        bool deep = false;
+        for (int a = 0; a < D && !deep; ++a) deep = is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1));
+        if (deep) volume.bulk_filling += double(filling[i]);
+      }
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)

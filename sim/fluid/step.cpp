@@ -56,7 +56,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     cells_.open.update(solids_, blocks_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
     filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
-    if (free_surface_) cells_.distance = surface_distance(filling_, cells_.kind, blocks_);
+    if (free_surface_) find_surface(grid_.mass, double(options_.particles_per_cell), cells_, blocks_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   {

@@ -36,6 +36,158 @@ double mean_filling(const Places& places, const std::vector<float>& filling, con
   return sum / weights;
 }
 
+/// Blocks with a cell within one of where liquid and air meet, or more.
+template <int D>
+std::vector<std::uint8_t> blocks_near_surface(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  constexpr std::uint8_t kWet = 1, kDry = 2;
+  std::vector<std::uint8_t> holds(blocks.count()), near(blocks.count());
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
+      holds[i / per_block] |= kind[i] == CellKind::liquid ? kWet : kind[i] == CellKind::air ? kDry : 0;
+  });
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      unsigned around = 0;
+      for (const std::int32_t other : blocks.neighbours(b)) around |= other < 0 ? kDry : holds[std::size_t(other)];
+      near[b] = around == (kWet | kDry);
+    }
+  });
+  return near;
+}
+
+/// The part of a cell, which is not solid, that is outside colliders, by its faces. Walls close whole faces and cut no cell.
+template <int D>
+float open_part(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  constexpr float kLeast = 0.25f;
+  float cut = 0, cuts = 0;
+  for (int a = 0; a < D; ++a)
+    for (const int side : {0, 1}) {
+      const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
+      const float w = face < 0 ? 1 : cells.open(a, std::size_t(face));
+      if (w > 0 && w < 1) cut += w, ++cuts;
+    }
+  return cuts > 0 ? std::max(cut / cuts, kLeast) : 1;
+}
+
+/// What the faces of the cells near the surface carry, over what they do in full liquid; 0 elsewhere. What particles leave beyond a solid side they
+/// would get back from their mirror images: it counts on this side.
+template <int D, class Real>
+std::vector<float> face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const std::vector<std::uint8_t>& near,
+                                const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  std::vector<float> filling(blocks.size());
+  const auto is_solid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };
+  const auto next = [&](std::ptrdiff_t cell, int axis, int side) { return cell < 0 ? cell : blocks.neighbour(std::size_t(cell), axis, side); };
+  const auto on = [&](int axis, std::ptrdiff_t face) { return face < 0 ? Real(0) : mass[std::size_t(axis)][std::size_t(face)]; };
+  // By a face of cells (before, after) along an axis; a solid beside either reflects: its far face has what this one lacks.
+  const auto carried = [&](int axis, std::ptrdiff_t before, std::ptrdiff_t after, bool reflects_before, bool reflects_after) {
+    Real sum = on(axis, after);
+    if (reflects_before) sum += on(axis, next(before, axis, 0));
+    if (reflects_after) sum += on(axis, next(next(after, axis, 1), axis, 1));
+    return float(sum);
+  };
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    bool is_open = false;   // no solid in the block or around it
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (i % per_block == 0) {   // a block's open faces are the lower ones of its cells
+        const auto& around = blocks.neighbours(i / per_block);
+        is_open = std::all_of(around.begin(), around.end(), [&](std::int32_t b) { return b >= 0 && cells.open.is_open(std::size_t(b)); });
+      }
+      if (!near[i / per_block] || cells.kind[i] == CellKind::solid) continue;
+      float sum = 0;
+      int axes = 0;
+      for (int a = 0; a < D; ++a) {
+        std::array<std::ptrdiff_t, std::size_t(int_power(3, D - 1))> images;   // the cell, and those beyond solid sides along the other axes
+        std::size_t count = 0;
+        images[count++] = std::ptrdiff_t(i);
+        for (int b = 0; b < D && !is_open; ++b) {
+          if (b == a) continue;
+          const std::size_t before = count;
+          for (const int side : {0, 1})
+            for (std::size_t k = 0; k < before && is_solid(blocks.neighbour(i, b, side)); ++k)
+              images[count++] = images[k] < 0 ? images[k] : blocks.neighbour(std::size_t(images[k]), b, side);
+        }
+        float on_faces = 0;
+        int faces = 0;
+        for (const int side : {0, 1}) {
+          const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
+          if (face >= 0 && !(cells.open(a, std::size_t(face)) > 0)) continue;   // half of its stencil is solid
+          const std::ptrdiff_t before = side ? std::ptrdiff_t(i) : next(std::ptrdiff_t(i), a, 0), after = face;
+          const bool reflects_before = is_solid(next(before, a, 0)), reflects_after = is_solid(next(after, a, 1));
+          for (std::size_t k = 0; k < count; ++k) {
+            const std::ptrdiff_t own = images[k], other = next(own, a, side);
+            on_faces += side ? carried(a, own, other, reflects_before, reflects_after) : carried(a, other, own, reflects_before, reflects_after);
+          }
+          ++faces;
+        }
+        if (faces > 0) sum += on_faces / float(faces), ++axes;
+      }
+      const float part = is_open ? 1 : open_part(i, cells, blocks);
+      filling[i] = axes > 0 ? sum / (float(axes) * float(full) * part) : 0;
+    }
+  });
+  return filling;
+}
+
+/// Across a level surface the average falls by a half from a cell to the next.
+template <int D>
+float distance_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  return float(1 - 2 * mean_filling<D>(places_around<D>(i, blocks), filling, kind));
+}
+
+/// Distances from the surface that `kind` and `filling` give.
+template <int D>
+void set_distances(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  const std::vector<CellKind>& kind = cells.kind;
+  std::vector<float>& distance = cells.distance;
+  distance.resize(blocks.size());
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      distance[i] = kind[i] == CellKind::liquid ? -1.0f : kind[i] == CellKind::air ? 1.0f : 0.0f;
+      if (!near[i / per_block] || kind[i] == CellKind::solid) continue;
+      bool meets = false;
+      for (int a = 0; a < D; ++a)
+        for (const int side : {0, 1}) {
+          const CellKind other = value_at(kind, blocks.neighbour(i, a, side), kind[i]);
+          meets = meets || (other != kind[i] && other != CellKind::solid);
+        }
+      if (!meets) continue;
+      const float far = distance_of(i, filling, kind, blocks);
+      distance[i] = kind[i] == CellKind::liquid ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
+    }
+  });
+}
+
+/// Liquid cells that the average puts outside, beside liquid that is inside.
+template <int D>
+std::vector<std::size_t> liquid_outside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
+                                        const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  // The least filling of a cell that counts as inside: less is spray. No value that regular particles give, lest rounding decide.
+  constexpr float kInside = 0.45f;
+  using Cells = std::vector<std::size_t>;
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, Cells{}, [&](std::size_t begin, std::size_t end) {
+    Cells found;
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || cells.distance[i] < -kBeside) continue;
+      bool on_liquid = false;
+      for (int a = 0; a < D && !on_liquid; ++a)
+        for (const int side : {0, 1}) {
+          const std::ptrdiff_t j = blocks.neighbour(i, a, side);
+          on_liquid = on_liquid || (j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid && cells.distance[std::size_t(j)] < -kBeside &&
+                                    filling[std::size_t(j)] > kInside);
+        }
+      if (on_liquid && distance_of(i, filling, cells.kind, blocks) > kBeside) found.push_back(i);
+    }
+    return found;
+  }, [](Cells all, const Cells& part) {
+    all.insert(all.end(), part.begin(), part.end());
+    return all;
+  });
+}
+
 }  // namespace
 
 template <int D>
@@ -77,34 +229,23 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
   return excess;
 }
 
-template <int D>
-std::vector<float> surface_distance(const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  std::vector<float> distance(blocks.size());
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      distance[i] = kind[i] == CellKind::liquid ? -1.0f : kind[i] == CellKind::air ? 1.0f : 0.0f;
-      if (kind[i] == CellKind::solid) continue;
-      bool meets = false;
-      for (int a = 0; a < D; ++a)
-        for (const int side : {0, 1}) {
-          const CellKind other = value_at(kind, blocks.neighbour(i, a, side), kind[i]);
-          meets = meets || (other != kind[i] && other != CellKind::solid);
-        }
-      if (!meets) continue;
-      // Across a level surface the average falls by a half from a cell to the next.
-      const auto far = float(1 - 2 * mean_filling<D>(places_around<D>(i, blocks), filling, kind));
-      distance[i] = kind[i] == CellKind::liquid ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
-    }
-  });
-  return distance;
+template <int D, class Real>
+void find_surface(const FaceField<D, Real>& mass, double full, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const std::vector<std::uint8_t> near = blocks_near_surface(cells.kind, blocks);
+  const std::vector<float> filling = face_filling(mass, full, cells, near, blocks);
+  set_distances(filling, near, cells, blocks);
+  const std::vector<std::size_t> outside = liquid_outside(filling, near, cells, blocks);
+  for (const std::size_t i : outside) cells.kind[i] = CellKind::air;
+  if (!outside.empty()) set_distances(filling, near, cells, blocks);
 }
 
+template void find_surface(const FaceField<2, float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
+template void find_surface(const FaceField<2, double>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
+template void find_surface(const FaceField<3, float>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
+template void find_surface(const FaceField<3, double>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<2>&, double);
-template std::vector<float> surface_distance(const std::vector<float>&, const std::vector<CellKind>&, const ActiveBlocks<2>&);
 template std::vector<float> excess_filling(const std::vector<float>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&);
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<3>&, double);
-template std::vector<float> surface_distance(const std::vector<float>&, const std::vector<CellKind>&, const ActiveBlocks<3>&);
 template std::vector<float> excess_filling(const std::vector<float>&, double, const LiquidCells<3>&, const ActiveBlocks<3>&);
 
 }  // namespace sim

@@ -3,16 +3,9 @@
 #include <vector>
 
 #include "sim/fluid/cells.h"
+#include "sim/transfer/mac_transfer.h"
 
 namespace sim {
-
-/// Signed distance [cells] from the surface, below 0 in liquid cells and above 0 in air, where a liquid and an air cell meet; elsewhere -1
-/// and 1, and 0 in solid cells. The surface is where cells are half full: their filling averaged with weights 1, 2, 1
-/// along every axis over cells that are not solid. So level liquid stays level, beside walls too, however its particles lie, and at any
-/// height its surface is right to 0.04 cells. A liquid cell that the average puts outside (a drop, a thin sheet) stays liquid, as near to
-/// the surface as can be.
-template <int D>
-std::vector<float> surface_distance(const std::vector<float>& filling, const std::vector<CellKind>&, const ActiveBlocks<D>&);
 
 /// What a projection is about: cells, the surface between them (empty: halfway to air, that is at its cells' middles), and open faces.
 template <int D>
@@ -22,6 +15,18 @@ struct LiquidCells {
   OpenFaces<D> open;
   std::array<std::array<bool, 2>, std::size_t(D)> open_sides{};   // of the domain: beyond them is air
 };
+
+/// The free surface: `distance` of all cells, and of `kind` (as classify_cells has it) the last word on cells at the surface.
+///
+/// Distance [cells] is signed, below 0 in liquid cells and above 0 in air, where a liquid and an air cell meet; elsewhere -1 and 1, and 0 in
+/// solid cells. The surface is where cells are half full: their filling averaged with weights 1, 2, 1 along every axis over cells that are not solid. A
+/// cell's filling is what P2G left on its faces over what it leaves there in full liquid: particles that cross a cell's side change it by little, where their count
+/// jumps. So level liquid stays level, beside walls too, at any height and however its particles lie.
+///
+/// A cell with particles that the average puts outside is air, if beside it is liquid that is inside: what is in it lies on top of that liquid, and is no
+/// part of it yet. A drop or a thin sheet, of which the average finds no inside, stays liquid, as near to the surface as can be.
+template <int D, class Real>
+void find_surface(const FaceField<D, Real>& mass, double full, LiquidCells<D>& cells, const ActiveBlocks<D>&);
 
 /// Particles of every cell over `full` [1].
 template <int D>
