@@ -30,11 +30,19 @@ std::int64_t peak_memory() {
 }
 
 Ledger::Timer::Timer(Ledger& ledger, std::string_view name, std::int64_t bytes)
-    : ledger_(ledger), name_(name), bytes_(bytes), start_(std::chrono::steady_clock::now()), cpu_start_(process_seconds()) {}
+    : ledger_(ledger), name_(name), bytes_(bytes), start_(ledger.start()) {}
 
 Ledger::Timer::~Timer() {
-  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-  ledger_.add(name_, {1, passed.count(), bytes_, process_seconds() - cpu_start_});
+  const Moment now{std::chrono::steady_clock::now(), process_seconds()};
+  const std::chrono::duration<double> passed = now.clock - start_.clock;
+  ledger_.add(name_, {1, passed.count(), bytes_, now.cpu - start_.cpu});
+  ledger_.last_ = now;
+}
+
+Ledger::Moment Ledger::start() const {
+  constexpr std::chrono::microseconds kNothing(2);
+  const auto now = std::chrono::steady_clock::now();
+  return now - last_.clock < kNothing ? last_ : Moment{now, process_seconds()};
 }
 
 void Ledger::require_planned(std::string_view pass) const {

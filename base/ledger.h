@@ -27,6 +27,11 @@ std::int64_t peak_memory();
 
 /// Costs of one frame and stage. Not thread-safe: passes run one after another.
 class Ledger {
+  struct Moment {
+    std::chrono::steady_clock::time_point clock{};
+    double cpu = 0;   // [s]
+  };
+
  public:
   /// Takes whatever comes: for passes that run outside of any stage.
   Ledger() = default;
@@ -47,8 +52,7 @@ class Ledger {
     Ledger& ledger_;
     std::string name_;
     std::int64_t bytes_;
-    std::chrono::steady_clock::time_point start_;
-    double cpu_start_;
+    Moment start_;
   };
   [[nodiscard]] Timer pass(std::string_view name, std::int64_t bytes = 0) {
     require_planned(name);
@@ -65,8 +69,12 @@ class Ledger {
 
  private:
   void require_planned(std::string_view pass) const;
+  /// Now; or when the pass before ended, where that is so short ago that nothing but this lies between: asking for CPU seconds takes as long as a
+  /// small pass, and the two are then without a gap.
+  Moment start() const;
 
   std::optional<Plan> plan_;
+  Moment last_;   // end of a pass
   std::map<std::string, PassCost, std::less<>> passes_;
   std::map<std::string, std::int64_t, std::less<>> attributes_;
 };

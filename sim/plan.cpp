@@ -88,6 +88,7 @@ std::span<const base::PassRow> pass_rows() {
   static const std::vector<base::PassRow> rows = {
       {"sort", Often::step, {"particles"}, {"particles", "blocks"}},
       {"p2g", Often::step, {"particles", "blocks"}, {"grid velocity"}},
+      {"sums", Often::step, {"particles", "grid velocity"}, {}},
       {"forces", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"pressure", Often::step, {"grid velocity", "blocks"}, {"grid velocity"}},
       {"reflect", Often::step, {"grid velocity"}, {"grid velocity"}},
@@ -98,6 +99,7 @@ std::span<const base::PassRow> pass_rows() {
       {"collide", Often::step, {"particles"}, {"particles"}},
       {"carry", Often::step, {"departures", "particles"}, {"particles"}},
       {"audit", Often::step, {"particles", "grid velocity"}, {}},
+      {"watch", Often::frame, {"particles"}, {"state"}},
   };
   return rows;
 }
@@ -111,6 +113,7 @@ std::span<const base::PassRow> solid_pass_rows() {
       {"collide", Often::step, {"grid velocity"}, {"grid velocity"}},
       {"g2p", Often::step, {"grid velocity", "particles"}, {"particles"}},
       {"audit", Often::step, {"particles", "grid velocity"}, {}},
+      {"watch", Often::frame, {"particles"}, {"state"}},
   };
   return rows;
 }
@@ -118,14 +121,14 @@ std::span<const base::PassRow> solid_pass_rows() {
 std::span<const base::EffectRow<Scene>> effect_rows() {
   static const std::vector<base::EffectRow<Scene>> rows = {
       {"liquid", {"sim.solver=fluid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.pressure_tolerance", "shot.fps", "body.NAME.material=water", "body.NAME"},
-       [](const Scene& s) { return s.options.solver == "fluid"; }, {"sort", "p2g", "pressure", "extrapolate", "g2p", "advect"},
+       [](const Scene& s) { return s.options.solver == "fluid"; }, {"sort", "p2g", "sums", "pressure", "extrapolate", "g2p", "advect", "watch"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
          return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d},
                                        {"order", sort_bytes(d, real, d * mode_count(s.options)), false}};
        }},
       {"solid", {"sim.solver=solid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.sound_cfl", "shot.fps", "body.NAME"},
-       is_solid, {"sort", "p2g", "grid_update", "g2p"},
+       is_solid, {"sort", "p2g", "grid_update", "g2p", "watch"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
          const std::int64_t row = d * most_modes(s), strain = real * (d * d + 1), stress = real * d * (d + 1) / 2;

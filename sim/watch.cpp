@@ -57,6 +57,12 @@ void Watch::begin() {
   keep();
 }
 
+std::int64_t Watch::state_bytes() const {
+  std::int64_t bytes = 0;
+  for (const Column& c : state_.columns) bytes += std::int64_t(c.bytes.size());
+  return bytes;
+}
+
 void Watch::keep() {
   std::erase_if(state_.columns, [](const Column& c) { return c.name == "watch"; });
   const Memory& m = memory_;
@@ -79,6 +85,7 @@ bool Watch::advance(base::Ledger& ledger, const std::function<bool()>& interrupt
     try {
       simulation_->restrain(restraint);
       if (!simulation_->advance(ledger, interrupted)) return false;
+      const auto pass = ledger.pass("watch", state_bytes());
       totals_ = simulation_->totals();
       totals_.retries = again;
       check();

@@ -74,6 +74,7 @@ class Watch {
   double energy() const;    // [J] with potential energy from the lowest place in the domain, so that it is never below 0
   void check();             // throws Unstable
   void keep();
+  std::int64_t state_bytes() const;
 
   std::unique_ptr<Simulation> simulation_;
   std::vector<std::string> bodies_;

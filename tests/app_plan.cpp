@@ -62,7 +62,7 @@ TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
   for (const char* line : {"\nsimulate +liquid +sim\\.solver +\"fluid\"\n|^simulate +liquid +sim\\.solver +\"fluid\"\n", "\n +polypic +sim\\.transfer +\"polypic\"\n", "\n +gravity +effect\\.1\\.kind +\"gravity\"\n",
                            "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
                            "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b", "\nparticles +[0-9]+, each 172 B: cell 12, offset 12, id 8, coefficients 96, order 44\n",
-                           "\nsimulate +sort p2g forces pressure extrapolate volume g2p advect collide write_points checkpoint\n", "\nsurface +rasterize rebuild smooth velocity write_surface\n",
+                           "\nsimulate +sort p2g sums forces pressure extrapolate volume g2p advect collide watch write_points checkpoint\n", "\nsurface +rasterize rebuild smooth velocity write_surface\n",
                            "\nrender +mesh bvh trace write_image\n", "\nCPU +[0-9.]+ .* for 2 frames; a frame: render ", "\nmemory +[0-9.]+ MB\n", "\ndisk +[0-9.]+ [kM]B: ",
                            "measured on this machine in .*earlier predictions were off by nothing yet"})
     EXPECT_TRUE(has(outcome.out, line)) << line << "\n" << outcome.out;

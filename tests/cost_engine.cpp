@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "sim/fluid/seeding.h"
 #include "sim/problems/taylor_green.h"
+#include "sim/watch.h"
 
 namespace {
 
@@ -90,6 +91,57 @@ TEST(CostFiles, HaveTheColumnsOfTheContractAndARowAVariant) {
   EXPECT_FALSE(json.at("variants")[5].contains("pareto"));
   EXPECT_EQ(json.at("cases")[0].at("decides"), "energy");
   EXPECT_EQ(json.at("schema"), 1);
+}
+
+// What lies between the passes of old has names too: sums over particles and faces in every step, the watch in every frame.
+TEST(CostPasses, HaveTheSumsOfAStepAndTheWatchOfAFrameAmongThem) {
+  for (const bool reflects : {false, true}) {
+    sim::Scene scene;
+    scene.options.dimension = 2;
+    scene.options.domain = {base::Vec3::Zero(), base::Vec3(1, 0.5, 0)};
+    scene.options.cell = 1.0 / 32;
+    scene.options.particles_per_cell = 4;
+    if (reflects) scene.options.splitting = sim::Splitting::reflection;
+    sim::Body column;
+    column.name = "column";
+    column.shape.box = base::Box{base::Vec3::Zero(), base::Vec3(0.3, 0.4, 0)};
+    scene.bodies = {column};
+    scene.effects = {sim::Effect{.acceleration = base::Vec3(0, -9.81, 0)}};
+    sim::Watch watch(scene, 24);
+    base::Ledger ledger;
+    std::int64_t steps = 0;
+    for (int f = 0; f < 3; ++f) {
+      ASSERT_TRUE(watch.advance(ledger, {}));
+      steps += watch.totals().substeps;
+    }
+    ASSERT_GT(steps, 3);
+    EXPECT_EQ(ledger.passes().at("watch").calls, 3);
+    EXPECT_GT(ledger.passes().at("watch").bytes, 0);
+    // The fastest particle, the volume and the fastest face of every projection; with reflection the energy too.
+    const std::int64_t projections = (reflects ? 2 : 1) * steps;
+    EXPECT_EQ(ledger.passes().at("sums").calls, steps + steps + projections + (reflects ? steps : 0)) << reflects;
+    EXPECT_GT(ledger.passes().at("sums").bytes, 0);
+  }
+}
+
+// Seconds by pass are those of one run, or of the two in the middle, so that they add up to what is shown beside them.
+TEST(CostPasses, AddUpToTheMedianRun) {
+  KeptRuns kept;
+  for (const auto& [p2g, pressure] : {std::pair{1.0, 5.0}, {4.0, 1.0}, {2.0, 2.0}, {3.0, 7.0}}) {   // wholes 6, 5, 4, 10
+    MeasuredRun run = {{"errors", MeasuredRun::object()}, {"course", {{"time", {0}}, {"energy", {1}}, {"enstrophy", MeasuredRun::array()}}}};
+    run["particles"] = 1, run["steps"] = 1, run["peak_bytes"] = 1;
+    run["seconds"] = run["cpu_seconds"] = p2g + pressure;
+    for (const auto& [name, seconds] : {std::pair{"p2g", p2g}, {"pressure", pressure}})
+      run["passes"][name] = {{"calls", 1}, {"seconds", seconds}, {"cpu_seconds", seconds}};
+    kept.runs.push_back(run);
+  }
+  Variant v;
+  take_runs(kept, v);
+  EXPECT_EQ(v.seconds_median, 5.5);
+  EXPECT_EQ(v.cpu_seconds, 5.5);
+  EXPECT_EQ(v.passes.at("p2g").seconds, 2.5);   // each one's median would be 2.5 and 3.5
+  EXPECT_EQ(v.passes.at("pressure").seconds, 3);
+  EXPECT_EQ(v.passes.at("p2g").cpu_seconds + v.passes.at("pressure").cpu_seconds, v.cpu_seconds);
 }
 
 // A step that gathers twice, as a fault would.

@@ -1,6 +1,7 @@
 #include "app/study/measured.h"
 
 #include <algorithm>
+#include <array>
 
 #include "app/stages/document.h"
 #include "app/study/front.h"
@@ -10,9 +11,17 @@
 namespace app {
 namespace {
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+/// The run with the median of `key`, or the two that it lies between: their passes add up to it, which medians of each pass would not.
+std::array<const MeasuredRun*, 2> middle_runs(const std::vector<MeasuredRun>& runs, const char* key) {
+  std::vector<const MeasuredRun*> sorted;
+  for (const MeasuredRun& run : runs) sorted.push_back(&run);
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const MeasuredRun* a, const MeasuredRun* b) { return a->at(key).get<double>() < b->at(key).get<double>(); });
+  return {sorted[(sorted.size() - 1) / 2], sorted[sorted.size() / 2]};
+}
+
+template <class Of>
+double mean(const std::array<const MeasuredRun*, 2>& runs, const Of& of) {
+  return 0.5 * (of(*runs[0]) + of(*runs[1]));
 }
 
 }  // namespace
@@ -76,19 +85,17 @@ void take_runs(const KeptRuns& kept, Variant& v) {
   v.course = {course.at("time").get<std::vector<double>>(), course.at("energy").get<std::vector<double>>(),
               course.at("enstrophy").get<std::vector<double>>()};
   v.particles = first.at("particles"), v.steps = first.at("steps");
-  std::vector<double> cpu;
   v.seconds.clear();
   for (const MeasuredRun& run : kept.runs) {
-    v.seconds.push_back(run.at("seconds")), cpu.push_back(run.at("cpu_seconds"));
+    v.seconds.push_back(run.at("seconds"));
     v.peak_bytes = std::max(v.peak_bytes, run.at("peak_bytes").get<std::int64_t>());
   }
-  v.cpu_seconds = median(cpu);
   sum_up_seconds(v);
+  const auto by_clock = middle_runs(kept.runs, "seconds"), by_cpu = middle_runs(kept.runs, "cpu_seconds");
+  v.cpu_seconds = mean(by_cpu, [](const MeasuredRun& run) { return run.at("cpu_seconds").get<double>(); });
   for (const auto& [name, cost] : first.at("passes").items()) {
-    std::vector<double> wall, process;
-    for (const MeasuredRun& run : kept.runs)
-      wall.push_back(run.at("passes").at(name).at("seconds")), process.push_back(run.at("passes").at(name).at("cpu_seconds"));
-    v.passes[name] = {cost.at("calls"), median(wall), median(process)};
+    const auto of = [&](const char* key) { return [&name, key](const MeasuredRun& run) { return run.at("passes").at(name).at(key).get<double>(); }; };
+    v.passes[name] = {cost.at("calls"), mean(by_clock, of("seconds")), mean(by_cpu, of("cpu_seconds"))};
   }
   if (!kept.audit.is_null()) v.energy_changes = kept.audit.at("energy_changes").get<std::map<std::string, double>>();
 }

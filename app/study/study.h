@@ -33,7 +33,7 @@ struct Course {
   std::vector<double> enstrophy;   // [1], as long as `time` or empty
 };
 
-/// What one pass cost in a whole run; median of the repeats.
+/// What one pass cost in a whole run: of the run with the median of the clock's seconds, and of that with the median of CPU seconds.
 struct PassTime {
   std::int64_t calls = 0;
   double seconds = 0, cpu_seconds = 0;

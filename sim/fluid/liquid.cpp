@@ -73,7 +73,10 @@ class Liquid final : public Simulation {
     }
     ++frame_;
     solids_.move_to(time());
-    if (options_.write.pressure) pressure_ = step_.pressure_at(particles_);
+    if (options_.write.pressure) {
+      const auto pass = ledger.pass("pressure", particle_bytes());
+      pressure_ = step_.pressure_at(particles_);
+    }
     return true;
   }
 
@@ -100,23 +103,23 @@ class Liquid final : public Simulation {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
     step_.scatter(particles_, ledger);
-    const Motion motion = motion_of_particles();
+    const Motion motion = motion_of_particles(ledger);
     check_momentum(motion);
     double dt = first_guess(left, motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     if (reflects) {
       const double half = project(dt / 2, ledger);
       add_work(2 * solid_work());   // the particles get the pressure twice
-      step_.gather_reflected(gather_rule(half), particles_, ledger);
+      step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
       step_.move(half, particles_, ledger);
       step_.scatter(particles_, ledger);
       const double rest = project(dt / 2 < half ? dt / 2 : half, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
-      finish(rest, start + dt, ledger);
+      finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
     } else {
       dt = project(dt, ledger);
-      finish(dt, start + dt, ledger);
+      finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
     for (int a = 0; a < D; ++a)
@@ -125,17 +128,19 @@ class Liquid final : public Simulation {
     steps_by_motion_ += dt < left;
     ++substeps_;
     if (options_.splitting == Splitting::reflection) {
+      const auto pass = ledger.pass("sums", particle_bytes());
       watch_.see(energy());
       splitting_fallbacks_ += !reflects;
     }
     return dt >= left ? left : dt;
   }
 
-  /// The last projection's field to the particles, and their motion, which ends at `end` [s].
-  void finish(double dt, double end, base::Ledger& ledger) {
+  /// The last projection's field to the particles, of which the fastest has `speed` [m/s], and their motion, which ends at `end` [s].
+  void finish(double dt, double end, double speed, base::Ledger& ledger) {
     drift_.reset();
     LiquidVolume volume;
     if (step_.has_surface() && particles_.size() > 0) {
+      const auto pass = ledger.pass("sums", std::int64_t(step_.blocks().size() * sizeof(float)));
       volume = step_.volume();
       drift_ = volume.all * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
     }
@@ -145,7 +150,7 @@ class Liquid final : public Simulation {
         aim_ = std::clamp(aim_ + kPartToAim * gain * (volume.bulk / volume.bulk_filling - 1), 1 - kFarthestAim, 1 + kFarthestAim);
       step_.correct_volume(gain, aim_, ledger);
     }
-    step_.gather(gather_rule(dt), particles_, ledger);
+    step_.gather(gather_rule(dt, speed), particles_, ledger);
     solids_.move_to(end);
     step_.move(dt, particles_, ledger);
   }
@@ -214,14 +219,20 @@ class Liquid final : public Simulation {
     return longest_step(std::max(speed, solids_.speed()), gravity_.norm(), part * options_.cfl * options_.cell, left);
   }
 
-  GatherRule gather_rule(double dt) const {
+  GatherRule gather_rule(double dt, double speed) const {
     if (options_.transfer != Transfer::flip) return {};
     const double fall = std::sqrt(2 * gravity_.cwiseAbs().dot(options_.domain.size()));   // from one side of the domain to the other
-    const double reference = std::max(fall, max_speed());
+    const double reference = std::max(fall, speed);
     const double time = options_.flip_time.value_or(reference > 0 ? 49.75 * options_.cell / reference : 1 / fps_);
     return {true, std::exp(-dt / time)};
   }
 
+  std::int64_t particle_bytes() const { return std::int64_t(particles_.size() * particles_.row() * sizeof(Real)); }
+
+  Motion motion_of_particles(base::Ledger& ledger) const {
+    const auto pass = ledger.pass("sums", particle_bytes());
+    return motion_of_particles();
+  }
   Motion motion_of_particles() const {
     return base::ordered_reduce(particles_.size(), 16384, Motion{}, [&](std::size_t begin, std::size_t end) {
       Motion sum;

@@ -111,11 +111,11 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
     auto pass = ledger.pass("pressure", 4 * grid_bytes());
     report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
     pass.count(report.bytes);
-  }
-  if (options_.write.pressure) {
-    pressure_ = projection_.pressure();
-    pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
-    for (double& p : pressure_) p *= options_.cell / dt;
+    if (options_.write.pressure) {
+      pressure_ = projection_.pressure();
+      pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
+      for (double& p : pressure_) p *= options_.cell / dt;
+    }
   }
   audit("pressure", grid_.velocity, ledger);
   counts_.pressure_iterations += report.iterations;
@@ -123,11 +123,16 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
   counts_.max_divergence = report.max_divergence / options_.cell;
   if (report.closed_pockets > 0) counts_.imbalance = std::max(counts_.imbalance.value_or(0), report.imbalance / options_.cell);
   solid_work_ = report.solid_work;
-  double fastest = 0;
+  const auto pass = ledger.pass("sums", grid_bytes());
+  Real fastest = 0;
   for (int a = 0; a < D; ++a)
-    for (std::size_t i = 0; i < blocks_.size(); ++i)
-      if (valid_[a][i]) fastest = std::max(fastest, std::abs(double(grid_.velocity[a][i])));
-  return fastest;
+    fastest = base::ordered_reduce(blocks_.size(), 65536, fastest, [&](std::size_t begin, std::size_t end) {
+      Real most = 0;
+      for (std::size_t i = begin; i < end; ++i)
+        if (valid_[a][i]) most = std::max(most, std::abs(grid_.velocity[a][i]));
+      return most;
+    }, [](Real x, Real y) { return std::max(x, y); });
+  return double(fastest);
 }
 
 template <int D, class Real>
