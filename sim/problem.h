@@ -43,7 +43,7 @@ class Problem {
   virtual void params(base::Params&) = 0;
   /// The shot's text: [shot], [sim], bodies and effects, as the reader of shots takes them.
   virtual std::string shot() const = 0;
-  /// Says what of `scene` has no answer ("needs ..."), or nothing.
+  /// Says what of `scene` has no answer ("sim.dimension: must be 2 here"), or nothing.
   virtual std::string objection(const Scene& scene) const = 0;
   /// Passes of the steps go to `ledger`. Throws base::Error as Simulation::advance does.
   virtual ProblemResult run(const Scene& scene, base::Ledger& ledger) const = 0;

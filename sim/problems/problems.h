@@ -1,6 +1,7 @@
 #pragma once
 // What the table of problems (sim/problem.cpp) makes.
 #include <memory>
+#include <string>
 
 #include "sim/problem.h"
 
@@ -19,7 +20,11 @@ std::unique_ptr<Problem> make_released_square();
 std::unique_ptr<Problem> make_bar_wave();
 std::unique_ptr<Problem> make_slope_block();
 
-/// What most problems ask of a scene: its solver and dimension, and nothing in the way. Empty when it is so.
+/// What most problems ask of a scene: its solver and dimension, and nothing in the way. "KEY: must be ..."; empty when it is so.
 std::string plain_objection(const Scene&, bool is_solid, std::int64_t dimension);
+
+/// The text of a square full of liquid, or of a slab of an eighth of its edge, without sides; and what keeps a scene from being one.
+std::string periodic_box(int dimension, const std::string& cell);
+std::string periodic_objection(const Scene&, std::int64_t dimension);
 
 }  // namespace sim

@@ -23,40 +23,8 @@ class RigidRotation final : public Problem {
     p("turns", turns_, "1", "of the core", base::above(0));
     p("core", core_, "1", "radius of what turns rigidly, over the domain's edge; the flow ends at 0.45", base::between(0, kRim));
   }
-  std::string shot() const override {
-    return dimension_ == 2 ? R"(
-[sim]
-dimension = 2
-domain = [[0, 0], [1, 1]]
-cell = 0.015625
-particles_per_cell = 4
-precision = "double"
-cfl = 0.5
-pressure_tolerance = 1e-8
-boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
-[[body]]
-name = "all"
-shape = { box = [[0, 0], [1, 1]] }
-)"
-                           : R"(
-[sim]
-domain = [[0, 0, 0], [1, 1, 0.125]]
-cell = 0.03125
-cfl = 0.5
-boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
-[[body]]
-name = "all"
-shape = { box = [[0, 0, 0], [1, 1, 0.125]] }
-)";
-  }
-
-  std::string objection(const Scene& scene) const override {
-    if (std::string plain = plain_objection(scene, false, dimension_); !plain.empty()) return plain;
-    for (int a = 0; a < dimension_; ++a)
-      if (!scene.options.periodic(a)) return "needs periodic sides";
-    if (!scene.effects.empty()) return "has no effects";
-    return scene.options.domain.size().x() == scene.options.domain.size().y() ? "" : "needs a domain as high as wide";
-  }
+  std::string shot() const override { return periodic_box(dimension_, dimension_ == 2 ? "0.015625" : "0.03125"); }
+  std::string objection(const Scene& scene) const override { return periodic_objection(scene, dimension_); }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     return with_numbers(scene.options, [&](auto dimension, auto number) {
       return solve<decltype(dimension)::value, decltype(number)>(scene, ledger);

@@ -7,14 +7,6 @@
 
 namespace sim {
 
-std::string plain_objection(const Scene& scene, bool is_solid, std::int64_t dimension) {
-  if (scene.options.is_solid() != is_solid) return is_solid ? "needs sim.solver = \"solid\"" : "needs sim.solver = \"fluid\"";
-  if (scene.options.dimension != dimension) return dimension == 2 ? "has two dimensions" : "has three dimensions";
-  if (scene.bodies.size() != 1) return "has one body";
-  if (!scene.colliders.empty()) return "has no colliders";
-  return "";
-}
-
 namespace {
 
 constexpr double kFps = 20;
@@ -66,8 +58,8 @@ spin = [0, 0, 4]
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, dimension_); !plain.empty()) return plain;
-    if (!scene.bodies[0].shape.sphere || scene.bodies[0].spin.isZero(0)) return "needs a sphere that spins";
-    return scene.effects.empty() ? "" : "has no effects";
+    if (!scene.bodies[0].shape.sphere || scene.bodies[0].spin.isZero(0)) return "body.NAME.spin: must not be 0, and the body a sphere";
+    return scene.effects.empty() ? "" : "effect: there is none here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const auto simulation = make_simulation(scene, kFps);
@@ -123,8 +115,8 @@ material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
-    if (scene.bodies[0].solid.plasticity != Plasticity::none) return "needs a material that keeps its energy: plasticity = \"none\"";
-    return scene.effects.empty() ? "" : "has no effects";
+    if (scene.bodies[0].solid.plasticity != Plasticity::none) return "body.NAME.material.plasticity: must be \"none\" here: energy stays";
+    return scene.effects.empty() ? "" : "effect: there is none here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const auto simulation = make_simulation(scene, kOften);
@@ -164,7 +156,8 @@ material = { model = "fixed_corotated", density = 1000, young = 1e5, poisson = 0
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
-    return scene.effects.empty() && scene.options.periodic(0) && scene.options.periodic(1) ? "" : "needs periodic sides and no effects";
+    if (!scene.effects.empty()) return "effect: there is none here";
+    return scene.options.periodic(0) && scene.options.periodic(1) ? "" : "sim.boundary: every side must be \"periodic\" here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const double length = scene.options.domain.size().x(),
@@ -225,9 +218,11 @@ acceleration = [4.905, -8.4957]
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
-    if (scene.effects.size() != 1 || scene.options.boundary[1][0] != Side::separating) return "needs gravity and a separating floor";
+    if (scene.effects.size() != 1) return "effect: must be gravity here";
+    if (scene.options.boundary[1][0] != Side::separating) return "sim.boundary.y_lower: must be \"separating\" here";
     const base::Vec3 g = scene.effects[0].acceleration;
-    return g.x() > -scene.options.wall_friction * g.y() && g.y() < 0 ? "" : "needs a slope that is steeper than friction holds";
+    if (g.x() > -scene.options.wall_friction * g.y() && g.y() < 0) return "";
+    return "effect.1.acceleration: must pull down a slope that is steeper than sim.boundary.friction holds";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const auto simulation = make_simulation(scene, kFps);

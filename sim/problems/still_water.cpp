@@ -42,7 +42,7 @@ acceleration = [0, 0, -9.81]
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, dimension_); !plain.empty()) return plain;
-    return scene.effects.size() == 1 && scene.bodies[0].shape.box ? "" : "needs gravity and a box of water";
+    return scene.effects.size() == 1 && scene.bodies[0].shape.box ? "" : "effect, body: must be gravity and a box of water here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const auto simulation = make_simulation(scene, kFps);

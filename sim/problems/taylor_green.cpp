@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "sim/problems/problems.h"
 
 namespace sim {
@@ -32,43 +34,13 @@ class TaylorGreen final : public Problem {
     p("time", time_, "s", "until when; after 5 a particle between the vortices of one wave has gone once through all of them", base::above(0));
   }
 
-  std::string shot() const override {
-    return flat_ ? R"(
-[sim]
-dimension = 2
-domain = [[0, 0], [1, 1]]
-cell = 0.015625
-particles_per_cell = 4
-precision = "double"
-cfl = 0.5
-pressure_tolerance = 1e-8
-boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic" }
-[[body]]
-name = "all"
-shape = { box = [[0, 0], [1, 1]] }
-)"
-                 : R"(
-[sim]
-domain = [[0, 0, 0], [1, 1, 0.125]]
-cell = 0.015625
-cfl = 0.5
-boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
-[[body]]
-name = "all"
-shape = { box = [[0, 0, 0], [1, 1, 0.125]] }
-)";
-  }
+  std::string shot() const override { return periodic_box(flat_ ? 2 : 3, "0.015625"); }
 
   std::string objection(const Scene& scene) const override {
-    const Options& o = scene.options;
-    const base::Vec3 size = o.domain.size();
-    if (o.is_solid()) return "needs sim.solver = \"fluid\"";
-    if (o.dimension != (flat_ ? 2 : 3)) return flat_ ? "has two dimensions" : "has three dimensions";
-    for (int a = 0; a < o.dimension; ++a)
-      if (!o.periodic(a)) return "needs periodic sides";
-    if (size.x() != size.y()) return "needs a domain as high as wide";
-    if (o.cell * double(waves_) * 4 > size.x() * (1 + 1e-9)) return "needs four cells a wavelength: fewer hold no wave";
-    if (!scene.effects.empty() || !scene.colliders.empty()) return "has no effects and no colliders";
+    if (std::string plain = periodic_objection(scene, flat_ ? 2 : 3); !plain.empty()) return plain;
+    const double cells = scene.options.domain.size().x() / scene.options.cell / double(waves_);   // a wavelength
+    if (cells < 4 * (1 - 1e-9))
+      return fmt::format("problem.waves = {}: a wavelength has {:.3g} cells of sim.cell = {:.4g} m, and needs 4", waves_, cells, scene.options.cell);
     return "";
   }
 

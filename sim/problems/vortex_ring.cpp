@@ -114,10 +114,10 @@ shape = { box = [[0, 0, 0], [56, 28, 28]] }
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, 3); !plain.empty()) return plain;
     const Options& o = scene.options;
-    if (o.cell != 1 || o.domain.size() != base::Vec3(kLength, kSide, kSide)) return "has cells of 1 m in 56 x 28 x 28 m";
+    if (o.cell != 1 || o.domain.size() != base::Vec3(kLength, kSide, kSide)) return "sim.cell, sim.domain: must be 1 m and 56 x 28 x 28 m here";
     for (const auto& sides : o.boundary)
-      if (sides[0] != Side::slip || sides[1] != Side::slip) return "needs walls: they mirror the ring";
-    return scene.effects.empty() ? "" : "has no effects";
+      if (sides[0] != Side::slip || sides[1] != Side::slip) return "sim.boundary: every side must be \"slip\" here: walls mirror the ring";
+    return scene.effects.empty() ? "" : "effect: there is none here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     if (scene.options.precision == Precision::double_precision) return solve<double>(scene, ledger);
