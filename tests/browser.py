@@ -170,7 +170,7 @@ def check_scrubber(browser, name):
     frames = 1 + int(browser.value("document.querySelector('.controls input').max"))
     expect(frames > 1, name + ": one frame only")
     strips, said = shown(browser)
-    expect(len(strips) > 1 and all(s == "0" for s in strips), name + ": does not begin with the first frame of every strip: %s" % strips)
+    expect(len(strips) > 1 and all(s == str(frames - 1) for s in strips), name + ": does not begin with the last frame of every strip: %s" % strips)
     said_of = set([said])
     browser.click(".controls input")   # the middle of the slider
     strips, _ = shown(browser)

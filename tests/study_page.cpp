@@ -128,8 +128,9 @@ TEST_F(StudyPage, ScrubbersHaveAPlaceForEveryFrameOfEveryStrip) {
   const std::string html = page.text();
   EXPECT_EQ(count_of(html, "<img data-frame="), 5u) << "one that cannot be read is a tile";
   EXPECT_EQ(count_of(html, "class=\"none\""), 1u);
-  EXPECT_EQ(count_of(html, "hidden alt="), 3u) << "all but the first of each strip";
-  EXPECT_EQ(count_of(html, "max=\"2\""), 1u);
+  EXPECT_EQ(count_of(html, "hidden alt="), 4u) << "all but the last of each strip, and the last of the short one is no picture";
+  EXPECT_EQ(count_of(html, "max=\"2\" value=\"2\""), 1u) << "opens where most has happened";
+  EXPECT_EQ(count_of(html, "<output>three</output>"), 1u);
 }
 
 TEST_F(StudyPage, PicturesAreMadeSmallerUntilThePageIsNotTooLarge) {
@@ -263,6 +264,8 @@ TEST(PlotAxis, TicksAreFewRoundAndInside) {
   EXPECT_EQ(texts(app::axis_for(0.5, 30, true, 0)), (Texts{"0.5", "1", "2", "5", "10", "20"}));
   EXPECT_EQ(texts(app::axis_for(1, 1.3, true, 0)), (Texts{"1", "1.05", "1.1", "1.15", "1.2", "1.25", "1.3"}));
   EXPECT_EQ(texts(app::axis_for(0, 10, false, 0)), (Texts{"0", "2", "4", "6", "8", "10"}));
+  EXPECT_EQ(texts(app::axis_for(1, 3, false, 0)), (Texts{"1", "1.5", "2", "2.5", "3"}));
+  EXPECT_EQ(texts(app::with_whole_ticks(app::axis_for(1, 3, false, 0))), (Texts{"1", "2", "3"})) << "frames are whole";
   EXPECT_EQ(app::tick_text(-2.5e-7), "-2.5×10⁻⁷");
   for (const auto& [low, high] : {std::pair{1e-12, 1e9}, {3.0, 3.0}, {2.0, 700.0}, {0.9, 1.1}})
     for (const bool log : {true, false}) {

@@ -5,10 +5,13 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
+
 namespace app {
 namespace {
 
-constexpr std::size_t kMostStages = 8;        // with colours of their own
+constexpr std::size_t kMostStages = 10;       // with colours of their own
+constexpr std::size_t kMostNamed = 12;        // points of a plot that are called by name; of more only those on the front
 constexpr int kHalfWidth = 640, kHalfHeight = 420;   // [pixels] of plots that stand in pairs
 
 std::string title(const Study& study, const StudyCase& part, const std::string& what) {
@@ -33,13 +36,47 @@ bool falls(const std::vector<Series>& curves) {
   return least < 0.7 * most;
 }
 
+/// Where one variant goes far beyond the others, all would lie in a line along the axis: it is cut off, and the plot says how far it goes.
+void cut_off(Plot& plot, const std::vector<std::pair<std::string, double>>& largest) {
+  constexpr double kFar = 8;
+  std::vector<double> sorted;
+  for (const auto& [name, value] : largest) sorted.push_back(value);
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.size() < 3) return;
+  const double usual = kFar * sorted[sorted.size() / 2];
+  if (!(usual > 0) || sorted.back() <= usual) return;
+  plot.reach = 1.2 * *std::prev(std::upper_bound(sorted.begin(), sorted.end(), usual));
+  for (const auto& [name, value] : largest)
+    if (value > usual) plot.note += (plot.note.empty() ? "cut off: " : ", ") + name + " goes to " + fmt::format("{:.3g}", value);
+}
+
 Series lines(const Variant& variant, const std::vector<double>& y) {
   return {.label = variant.label, .x = variant.course.time, .y = y, .style = Style::lines};
 }
 
+void cut_off_curves(Plot& plot) {
+  std::vector<std::pair<std::string, double>> largest;
+  for (const Series& s : plot.series) {
+    double most = 0;
+    for (const double v : s.y) most = std::max(most, std::abs(v));
+    largest.emplace_back(s.label, most);
+  }
+  cut_off(plot, largest);
+}
+
+/// Of the variant in its case, from 1: that of the report's table.
+std::size_t row_of(const Study& study, const Variant& variant) {
+  std::size_t row = 0;
+  for (const Variant& v : study.variants) {
+    row += v.part == variant.part;
+    if (&v == &variant) break;
+  }
+  return row;
+}
+
 /// Passes and stages of a step in the order of the flow; others come after them, by name.
-constexpr std::array kFlow = {"sort", "p2g", "stress", "forces", "pressure", "reflect", "extrapolate", "volume", "grid_update", "g2p", "advect", "collide",
-                              "plasticity", "carry"};
+constexpr std::array kFlow = {"sort", "p2g", "sums", "stress", "forces", "pressure", "reflect", "extrapolate", "volume", "grid_update",
+                              "g2p", "advect", "collide", "plasticity", "carry", "watch", "write_points", "checkpoint"};
 
 std::size_t place_in_flow(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFlow.begin(), kFlow.end(), name) - kFlow.begin());
@@ -65,10 +102,17 @@ std::vector<Series> bars(const std::vector<const Variant*>& variants, const std:
 }
 
 std::optional<Plot> bar_plot(const std::vector<const Variant*>& variants, const std::vector<std::map<std::string, double>>& values,
-    const std::string& name, const std::string& axis) {
+    const std::string& name, const std::string& axis, bool cuts) {
   Plot plot{.title = name, .x_label = axis, .series = bars(variants, values), .width = kHalfWidth,
             .height = std::max(kHalfHeight, 150 + 34 * static_cast<int>(variants.size()))};
-  for (const Variant* v : variants) plot.categories.push_back(v->label);
+  std::vector<std::pair<std::string, double>> largest;
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    double up = 0, down = 0;
+    for (const auto& [stage, value] : values[i]) (value > 0 ? up : down) += std::abs(value);
+    plot.categories.push_back(variants[i]->label);
+    largest.emplace_back(variants[i]->label, std::max(up, down));
+  }
+  if (cuts) cut_off(plot, largest);
   if (plot.series.empty()) return {};
   return plot;
 }
@@ -89,7 +133,8 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
   plot.floor = part.noise[measure];
   const std::vector<const Variant*> variants = variants_of(study, part);
   Series front{.label = "Pareto front", .style = Style::front};
-  for (const Variant* v : front_of(variants, part, measure)) front.x.push_back(v->seconds_median), front.y.push_back(*v->errors[measure]);
+  const std::vector<const Variant*> on_front = front_of(variants, part, measure);
+  for (const Variant* v : on_front) front.x.push_back(v->seconds_median), front.y.push_back(*v->errors[measure]);
   if (front.x.size() > 1) plot.series.push_back(front);
   std::vector<std::string> transfers;   // a colour each
   for (const Variant* v : variants)
@@ -100,7 +145,9 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
       if (!v->errors[measure] || v->transfer != transfer) continue;
       points.x.push_back(v->seconds_median), points.y.push_back(*v->errors[measure]);
       points.x_low.push_back(v->seconds_min), points.x_high.push_back(v->seconds_max);
-      plot.labels.push_back({v->seconds_median, *v->errors[measure], v->label});
+      const bool by_name = variants.size() <= kMostNamed || std::find(on_front.begin(), on_front.end(), v) != on_front.end();
+      if (!by_name) plot.note = "numbers: rows of the table of variants";
+      plot.labels.push_back({v->seconds_median, *v->errors[measure], by_name ? v->label : std::to_string(row_of(study, *v))});
     }
     plot.series.push_back(std::move(points));
   }
@@ -115,6 +162,7 @@ std::optional<Plot> energy_plot(const Study& study, const StudyCase& part) {
     if (!v->course.energy.empty()) plot.series.push_back(lines(*v, v->course.energy));
   if (plot.series.empty()) return {};
   plot.from_zero = falls(plot.series);
+  cut_off_curves(plot);
   return plot;
 }
 
@@ -124,6 +172,7 @@ std::optional<Plot> enstrophy_plot(const Study& study, const StudyCase& part) {
     if (!v->course.enstrophy.empty()) plot.series.push_back(lines(*v, v->course.enstrophy));
   if (plot.series.empty()) return {};
   plot.from_zero = falls(plot.series);
+  cut_off_curves(plot);
   return plot;
 }
 
@@ -134,7 +183,7 @@ std::optional<Plot> seconds_plot(const Study& study, const StudyCase& part) {
     values.emplace_back();
     for (const auto& [name, pass] : v->passes) values.back()[name] = pass.seconds;
   }
-  return bar_plot(variants, values, title(study, part, "Seconds by pass"), "seconds of the clock [s]");
+  return bar_plot(variants, values, title(study, part, "Seconds by pass"), "seconds of the clock [s]", /*cuts=*/false);
 }
 
 std::optional<Plot> losses_plot(const Study& study, const StudyCase& part) {
@@ -144,7 +193,7 @@ std::optional<Plot> losses_plot(const Study& study, const StudyCase& part) {
     values.emplace_back();
     for (const auto& [name, change] : v->energy_changes) values.back()[name] = 100 * change;
   }
-  return bar_plot(variants, values, title(study, part, "Where the energy goes"), "change of the energy, of that at the start [%]");
+  return bar_plot(variants, values, title(study, part, "Where the energy goes"), "change of the energy, of that at the start [%]", /*cuts=*/true);
 }
 
 }  // namespace app

@@ -134,7 +134,7 @@ void Page::scrubber(const std::vector<Strip>& strips, const std::vector<std::str
   for (const Strip& strip : strips) {
     add("<figure class=\"strip\"><div class=\"frames\">");
     for (std::size_t k = 0; k < moments.size(); ++k) {
-      const std::string attributes = "data-frame=\"" + std::to_string(k) + "\" " + (k == 0 ? "" : "hidden ");
+      const std::string attributes = "data-frame=\"" + std::to_string(k) + "\" " + (k + 1 == moments.size() ? "" : "hidden ");   // opens where most has happened
       if (k < strip.pictures.size()) add_picture(strip.pictures[k], kStripWidth, attributes, strip.label + ", " + moments[k]);
       else add("<span class=\"none\" " + attributes + ">no picture</span>");
     }
@@ -142,8 +142,8 @@ void Page::scrubber(const std::vector<Strip>& strips, const std::vector<std::str
   }
   std::string last = std::to_string(moments.empty() ? 0 : moments.size() - 1), html =
       "</div>\n<div class=\"controls\"><button type=\"button\" class=\"play\" aria-label=\"play\">&#9654;</button>";
-  html += "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"0\" step=\"1\" aria-label=\"frame\"><output>"
-      + (moments.empty() ? "" : html_text(moments[0])) + "</output></div>\n<ol hidden>";
+  html += "<input type=\"range\" min=\"0\" max=\"" + last + "\" value=\"" + last + "\" step=\"1\" aria-label=\"frame\"><output>"
+      + (moments.empty() ? "" : html_text(moments.back())) + "</output></div>\n<ol hidden>";
   for (const std::string& moment : moments) html += "<li>" + html_text(moment) + "</li>";
   add(html + "</ol></div>\n");
 }

@@ -32,7 +32,8 @@ void run_gnuplot(const fs::path& folder, const std::string& script, const std::s
   base::write_text_atomically(file, script);
   const ProgramEnd end = run_program({"gnuplot", "--default-settings", file.string()}, made, [](int) {});
   if (!end.started)
-    throw base::Error({.code = base::Exit::io, .file = made, .hint = "apt-get install gnuplot-nox", .message = "gnuplot cannot be started: " + end.said});
+    throw base::Error({.code = base::Exit::io, .file = made, .hint = "apt-get install gnuplot-nox",
+                       .message = "gnuplot cannot be started: " + end.said});
   if (!end.well) base::throw_io(made, "gnuplot: " + (end.said.empty() ? "failed" : end.said));
 }
 

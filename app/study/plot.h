@@ -33,12 +33,15 @@ struct PointLabel {
 
 struct Plot {
   std::string title = {}, x_label = {}, y_label = {};   // units in brackets
+  bool whole_x = false;                   // x counts: ticks at whole numbers alone
   bool log_x = false, log_y = false;      // what is 0 or below cannot be shown then, and a line below the plot says how much that is
   std::vector<Series> series = {};
   std::vector<PointLabel> labels = {};
   std::vector<std::string> categories = {};   // names of horizontal bars, from the top; the values' axis is x
   std::optional<double> floor = {};       // of y: what lies below is noise, and is shaded
   bool from_zero = false;                 // the linear axis of y shows 0
+  std::optional<double> reach = {};       // of the values' axis, where it is linear: what goes further, up or down, is cut off there
+  std::string note = {};                  // a line below all, in small letters
   int width = 960, height = 540;          // [pixels] of the SVG, letters being 16 high; a plot shown at half a page's width wants 640 x 400
 };
 

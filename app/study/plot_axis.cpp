@@ -72,6 +72,11 @@ std::string tick_text(double value) {
   return digits == "1" ? tail : digits == "-1" ? "-" + tail : digits + "×" + tail;
 }
 
+Axis with_whole_ticks(Axis axis) {
+  std::erase_if(axis.ticks, [](const Tick& tick) { return tick.value != std::round(tick.value); });
+  return axis;
+}
+
 double Axis::place(double value) const { return log ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low); }
 
 Axis axis_for(double low, double high, bool log, double margin, bool keeps_zero) {

@@ -22,6 +22,9 @@ struct Axis {
 /// of each, else round numbers; low must be above 0 then. `keeps_zero`: no margin beyond an end that is 0.
 Axis axis_for(double low, double high, bool log, double margin, bool keeps_zero = false);
 
+/// The same axis without the ticks at fractions.
+Axis with_whole_ticks(Axis);
+
 /// "0.02", "1500", "3×10⁻⁶".
 std::string tick_text(double value);
 

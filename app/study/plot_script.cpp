@@ -14,8 +14,9 @@
 namespace app {
 namespace {
 
-/// Told apart by people with any colour vision [Okabe and Ito 2008]; the yellow, too faint on white, comes last.
-constexpr std::array<const char*, 8> kPalette = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#4d4d4d", "#e6d53c"};
+/// Told apart by people with any colour vision [Okabe and Ito 2008]; the yellow, too faint on white, comes last of theirs. Two dark ones follow.
+constexpr std::array<const char*, 10> kPalette = {
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#4d4d4d", "#e6d53c", "#7a3b10", "#5b2a86"};
 constexpr std::array<int, 6> kMarkers = {7, 5, 9, 13, 11, 15};   // gnuplot's filled symbols
 constexpr const char* kInk = "#222222";
 constexpr const char* kSoft = "#666666";
@@ -133,7 +134,7 @@ class Drawing {
           continue;
         }
         if (!has_bars()) x.add(at);
-        (has_bars() ? x : y).add(value);
+        (has_bars() ? x : y).add(plot_.reach ? std::clamp(value, -*plot_.reach, *plot_.reach) : value);
         if (!s.x_low.empty() && is_shown(s.x_low[i], value)) x.add(s.x_low[i]), x.add(s.x_high[i]);
         if (!s.low.empty() && is_shown(at, s.low[i])) y.add(s.low[i]), y.add(s.high[i]);
       }
@@ -146,6 +147,7 @@ class Drawing {
     const bool is_cloud = !plot_.labels.empty(), has_markers = std::any_of(plot_.series.begin(), plot_.series.end(),
         [](const Series& s) { return s.style == Style::points || s.style == Style::linespoints; });
     x_ = axis_for(x.low, x.high, plot_.log_x, is_cloud ? 0.09 : has_bars() || has_markers ? 0.03 : 0, has_bars());
+    if (plot_.whole_x) x_ = with_whole_ticks(std::move(x_));
     y_ = has_bars() ? Axis{.log = false, .low = y.low, .high = y.high, .ticks = {}} : axis_for(y.low, y.high, plot_.log_y, is_cloud ? 0.09 : 0.04,
         any_stack || plot_.from_zero);
   }
@@ -172,7 +174,7 @@ class Drawing {
     const double y_label_line = has_bars() ? 6 : 28;
     y_label_at_ = legend_top_ + rows * kLegendRow + 14;
     area_ = {std::min(kEdge + widest + 10, 0.45 * width_), legend_top_ + rows * kLegendRow + y_label_line + 6, width_ - kEdge - 14,
-             height_ - 62 - (hidden_ > 0 ? 18 : 0)};
+             height_ - 62 - (hidden_ > 0 || !plot_.note.empty() ? 18 : 0)};
   }
 
   double pixel_x(double x) const { return area_.left + x_.place(x) * (area_.right - area_.left); }
@@ -213,9 +215,11 @@ class Drawing {
     text(plot_.x_label, area_.right, area_.bottom + 46, "right", kSoft, kFontSize);
     for (std::size_t i = 0; i < plot_.categories.size(); ++i)
       text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, kFontSize);
+    std::string below = plot_.note;
     if (hidden_ > 0)
-      text(std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are") + " 0 or below, where a logarithmic axis does not reach", kEdge,
-          height_ - 14, "left", kSoft, 12);
+      below += (below.empty() ? "" : "; ") + std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are")
+          + " 0 or below, where a logarithmic axis does not reach";
+    if (!below.empty()) text(below, kEdge, height_ - 14, "left", kSoft, std::min(12.0, 12 * (width_ - 2 * kEdge) / text_width(below, 12)));
   }
 
   void draw_legend() {

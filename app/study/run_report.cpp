@@ -87,17 +87,20 @@ Plot vector_plot(const Columns& columns, const char* key, const std::string& tit
   return plot;
 }
 
-Plot volume_plot(const Columns& columns) {
-  Plot plot{.title = "Volume", .x_label = "time [s]", .y_label = "change since the first frame [%]", .width = kHalfWidth, .height = kHalfHeight};
-  Series series = columns.series("of the bodies", "volume");
-  const double first = series.y.front();
-  for (double& v : series.y) v = first > 0 ? 100 * (v / first - 1) : 0;
-  if (columns.has("volume_drift")) {
-    plot.y_label = "by the surface, over that of the particles, less 1 [%]";
-    series = columns.series("", "volume_drift");
-    for (double& v : series.y) v *= 100;
-  }
-  plot.series = {series};
+/// Of a liquid by its surface, of solids by their particles; empty where neither is known.
+std::optional<Plot> volume_plot(const Columns& columns) {
+  Plot plot{.title = "Volume", .x_label = "time [s]", .y_label = {}, .width = kHalfWidth, .height = kHalfHeight};
+  const auto add = [&](const char* label, const char* key, double less) {
+    if (!columns.has(key)) return;
+    plot.series.push_back(columns.series(label, key));
+    for (double& v : plot.series.back().y) v = 100 * (v - less);
+  };
+  plot.y_label = "by the surface, over that of the particles, less 1 [%]";
+  add("", "volume_drift", 0);
+  if (!plot.series.empty()) return plot;
+  plot.y_label = "of a particle, over that at rest, less 1 [%]";
+  add("least", "least_volume", 1), add("most", "most_volume", 1);
+  if (plot.series.empty()) return {};
   return plot;
 }
 
@@ -134,7 +137,7 @@ PassTable passes_of(const Json& run) {
 }
 
 Plot seconds_plot(const PassTable& passes) {
-  Plot plot{.title = "Seconds a frame, by pass", .x_label = "frame", .y_label = "seconds of the clock [s]"};
+  Plot plot{.title = "Seconds a frame, by pass", .x_label = "frame", .y_label = "seconds of the clock [s]", .whole_x = true};
   for (const std::string& name : passes.names)
     plot.series.push_back({.label = name, .x = passes.frames, .y = passes.seconds.at(name), .style = Style::stack});
   plot.series = largest_series(std::move(plot.series), kMostPasses);
@@ -192,7 +195,7 @@ void add_plots(Page& page, const Columns& columns, const PassTable& passes, std:
   if (!columns.empty()) {
     plots.push_back({.title = "Energy", .x_label = "time [s]", .y_label = "energy [J]", .series = energies(columns), .from_zero = true,
                      .width = kHalfWidth, .height = kHalfHeight});
-    plots.push_back(volume_plot(columns));
+    if (std::optional<Plot> volume = volume_plot(columns)) plots.push_back(std::move(*volume));
     plots.push_back(vector_plot(columns, "linear_momentum", "Momentum", "momentum [kg m/s]", dimension));
     plots.push_back(vector_plot(columns, "angular_momentum", "Angular momentum", "about the lower corner of the domain [kg m²/s]", dimension));
   }
