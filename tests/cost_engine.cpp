@@ -34,6 +34,7 @@ TEST(CostVariants, AreCalledByWhatWasVaried) {
   EXPECT_EQ(label_of(o, {{"sim.cfl", "2"}, {"sim.cell", "0.04"}}), "cfl 2 cell 0.04");
   o.transfer = sim::Transfer::apic, o.splitting = sim::Splitting::lie;
   EXPECT_EQ(label_of(o, {{"sim.transfer", "apic"}, {"sim.cell", "0.04"}}), "apic linear cell 0.04");
+  EXPECT_EQ(label_of(o, {{"body.a.velocity", "1"}, {"body.b.velocity", "2"}, {"sim.cfl", "2"}}), "a.velocity 1 b.velocity 2 cfl 2");
 }
 
 Variant rung(const std::string& label, double error, std::vector<double> seconds) {
@@ -71,6 +72,32 @@ TEST(CostFront, HoldsWhatNothingElseBeatsAndCallsTiesTies) {
   EXPECT_EQ(said[0], "Best value: good, with an error of energy of 0.01 in 4.1 s.");
   EXPECT_EQ(said[1], "The next rung, best, costs 2.2 times the time and leaves 0.8 of the error.");
   EXPECT_EQ(said[2], "The rung below, tied, takes 0.26 of the time and has 40 times the error.");
+}
+
+TEST(CostFront, TakesOneRunForLessAndSaysWhereTheClockIsInDoubt) {
+  EXPECT_FALSE(is_tie(rung("a", .1, {1, 1.01}), rung("b", .1, {1.2, 1.21})));
+  EXPECT_TRUE(is_tie(rung("a", .1, {1}), rung("b", .1, {1.2})));
+  Study study;
+  study.cases = {{"all", Measure::energy, {}, {}}};
+  study.variants = {rung("waits", .5, {2, 2.1}), rung("works", .4, {1, 1.1})};
+  study.variants[0].cpu_seconds = 1.5, study.variants[1].cpu_seconds = 1.6;
+  EXPECT_EQ(doubt_of_the_clock(study), "");
+  study.variants[1].cpu_seconds = 2;
+  EXPECT_EQ(doubt_of_the_clock(study),
+            "the clock and CPU seconds put 1 of 1 pairs the other way round (works and waits): threads waited, or something else ran");
+}
+
+// Something else that ran makes a run slower and never faster.
+TEST(CostRuns, CountAreTheFastestOfThoseThatWereMade) {
+  std::vector<MeasuredRun> runs;
+  for (const double seconds : {1.0, 3.0, 1.1}) runs.push_back({{"seconds", seconds}});
+  EXPECT_TRUE(is_unsteady(runs, 3));
+  runs.push_back({{"seconds", 1.05}});
+  EXPECT_FALSE(is_unsteady(runs, 3));
+  std::vector<double> counted;
+  for (const MeasuredRun& run : fastest(runs, 3)) counted.push_back(run.at("seconds"));
+  EXPECT_EQ(counted, (std::vector{1.0, 1.1, 1.05}));
+  EXPECT_EQ(fastest(runs, 9).size(), 4u);
 }
 
 TEST(CostFiles, HaveTheColumnsOfTheContractAndARowAVariant) {
@@ -136,7 +163,7 @@ TEST(CostPasses, AddUpToTheMedianRun) {
     kept.runs.push_back(run);
   }
   Variant v;
-  take_runs(kept, v);
+  take_runs(kept, 4, v);
   EXPECT_EQ(v.seconds_median, 5.5);
   EXPECT_EQ(v.cpu_seconds, 5.5);
   EXPECT_EQ(v.passes.at("p2g").seconds, 2.5);   // each one's median would be 2.5 and 3.5
@@ -170,7 +197,7 @@ TEST(CostPasses, ShowTwiceTheCallsOfAPassThatWorksTwice) {
     MeasuredRun run = measured({}, ledger);
     run["peak_bytes"] = 1;
     Variant v;
-    take_runs({{run, run}, {}}, v);
+    take_runs({{run, run}, {}}, 2, v);
     return v.passes;
   };
   const auto once = calls(1), twice = calls(2);

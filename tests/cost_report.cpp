@@ -37,7 +37,7 @@ app::Variant variant(const std::string& part, const std::string& label, const st
 
 app::Study study() {
   app::Study s{.subject = "vortices <2d>", .title = "steady, so any loss is an error", .command = "polypic cost vortices", .version = "0.1.0",
-      .commit = "abc", .repeats = 5, .meaning = {}, .cases = {}, .variants = {},
+      .commit = "abc", .repeats = 5, .processor = "Zen", .cores = 4, .meaning = {}, .cases = {}, .variants = {},
                .reference = {}, .notes = {"a note"}};
   for (const std::string part : {"16 cells", "8 cells"}) {
     s.cases.push_back({.name = part, .decides = app::Measure::energy, .sentences = {"Best of " + part + ".", "The next costs more.",
@@ -77,7 +77,7 @@ TEST_F(CostReport, BeginsWithThreeSentencesACaseAndShowsEveryVariant) {
   EXPECT_EQ(count_of(html, "<td class=\"strong name\">polypic full</td>"), 2u) << "on the front";
   EXPECT_EQ(count_of(html, "<td>2</td></tr>"), 1u) << "the tie of the first with the second";
   EXPECT_EQ(count_of(html, "error of image"), 0u) << "what no variant has is no column";
-  for (const std::string text : {"polypic cost vortices", "polypic 0.1.0 (abc)", "a note", "steady, so any loss is an error",
+  for (const std::string text : {"polypic cost vortices", "polypic 0.1.0 (abc)", "a note", "Zen, 4 cores", "steady, so any loss is an error",
                                  "What accuracy costs: vortices &lt;2d&gt;"})
     EXPECT_NE(html.find(text), std::string::npos) << text;
 }
@@ -114,13 +114,42 @@ TEST_F(CostReport, DrawsTheFrontOfWhatNothingBeats) {
   EXPECT_DOUBLE_EQ(app::seconds_plot(s, s.cases[1])->series[1].y[2], 1);
 }
 
+TEST_F(CostReport, CutsOffWhatGoesFarBeyondAllElseAndNamesItsPointsByNumberWhereThereAreMany) {
+  app::Study s = study();
+  s.cases.pop_back();
+  std::erase_if(s.variants, [](const app::Variant& v) { return v.part == "8 cells"; });
+  EXPECT_FALSE(app::energy_plot(s, s.cases[0])->reach);
+  app::Variant wild = variant("16 cells", "wild", "flip", 3, 0.7);
+  wild.course.energy.back() = 4e5;
+  wild.energy_changes["g2p"] = 4e5;
+  s.variants.push_back(wild);
+  const app::Plot energy = *app::energy_plot(s, s.cases[0]), losses = *app::losses_plot(s, s.cases[0]);
+  ASSERT_TRUE(energy.reach && losses.reach);
+  EXPECT_DOUBLE_EQ(*energy.reach, 1.2);
+  EXPECT_EQ(energy.note, "cut off: wild goes to 4e+05");
+  EXPECT_EQ(losses.note, "cut off: wild goes to 4e+07");
+  EXPECT_FALSE(app::seconds_plot(s, s.cases[0])->reach);
+  EXPECT_EQ(app::error_plot(s, s.cases[0], app::Measure::energy)->labels.size(), 4u);
+  EXPECT_EQ(app::error_plot(s, s.cases[0], app::Measure::energy)->note, "");
+  for (int k = 0; k < 10; ++k) s.variants.push_back(variant("16 cells", "more " + std::to_string(k), "apic", 4 + k, 0.9));
+  const app::Plot many = *app::error_plot(s, s.cases[0], app::Measure::energy);
+  const auto count = [&](const std::string& text) {
+    return std::count_if(many.labels.begin(), many.labels.end(), [&](const app::PointLabel& l) { return l.text == text; });
+  };
+  EXPECT_EQ(count("pic") + count("polypic full"), 2) << "on the front";
+  EXPECT_EQ(count("wild") + count("apic"), 0);
+  EXPECT_EQ(count("2") + count("5") + count("6"), 3);   // the fourth could not run
+  EXPECT_EQ(many.note, "numbers: rows of the table of variants");
+}
+
 TEST_F(CostReport, PutsTheFramesOfAllVariantsOnOneScrubber) {
   app::Study s = study();
   s.is_shot = true;
   s.cases.pop_back();
   std::erase_if(s.variants, [](const app::Variant& v) { return v.part == "8 cells"; });
   s.cases[0].noise[app::Measure::energy] = 0.2;
-  s.reference = variant("16 cells", "the shot's own", "polypic", 9, 0.01);
+  s.reference = variant("16 cells", "reference", "polypic", 9, 0.01);
+  s.reference->cell = 0.02;
   base::Ledger ledger;
   render::Image image{.width = 48, .height = 27, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(48 * 27 * 3, 0.5f)};
   render::write_png(folder.path() / "p.png", image, {}, true, ledger);
@@ -129,7 +158,7 @@ TEST_F(CostReport, PutsTheFramesOfAllVariantsOnOneScrubber) {
   const std::string html = written(s);
   EXPECT_EQ(count_of(html, "type=\"range\""), 1u);
   EXPECT_EQ(count_of(html, "<img data-frame="), 9u);
-  EXPECT_EQ(count_of(html, ">reference: the shot&#39;s own<"), 1u);
+  EXPECT_EQ(count_of(html, ">reference: polypic linear, cell 0.02 m<"), 1u);
   EXPECT_EQ(count_of(html, "<li>frame 12</li>"), 1u);
   EXPECT_EQ(count_of(html, "<div class=\"lead\">\n<p>Best of 16 cells.</p>\n<p>The next costs more.</p>\n<p>The one below loses more.</p>"), 1u);
   EXPECT_NE(html.find("noise: below"), std::string::npos);

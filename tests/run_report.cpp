@@ -42,6 +42,12 @@ TEST_F(RunReport, TellsHowTheRunWasMadeAndWhatItConserved) {
   EXPECT_EQ(told.at("report").at("plots"), 5);
 }
 
+TEST_F(RunReport, IsLeftOutWhereNobodyWantsIt) {
+  run_well({"simulate", "x.toml", "--no-report"});
+  EXPECT_TRUE(fs::exists(folder / "out/x/run.json"));
+  EXPECT_FALSE(fs::exists(folder / "out/x/report.html"));
+}
+
 TEST_F(RunReport, ShowsAtMostTwentyFourFramesTheFirstAndTheLastAmongThem) {
   run_well({"run", "x.toml", "--frames", "1-30", "--set", "sim.cell=0.06", "--quality", "draft", "--quiet"});
   const std::string html = report();

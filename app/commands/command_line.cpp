@@ -81,7 +81,7 @@ void add_shot_options(CLI::App& command, Request& request, Words& words) {
   add_repeated(command, "--set", request.overrides.sets);
   command.add_option("--quality", words.quality);
   command.add_option("--threads", words.threads);
-  if (command.get_name() != "plan") command.add_flag("--restart", request.restart);
+  if (command.get_name() != "plan") command.add_flag("--restart", request.restart), command.add_flag("--no-report", request.no_report);
   command.add_flag("--quiet", request.quiet);
 }
 
@@ -109,6 +109,7 @@ void add_cost_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("--out", words.out);
   command.add_option("--threads", words.threads);
   command.add_flag("--single", request.single);
+  command.add_flag("--dry-run", request.dry_run);
   command.add_flag("--quiet", request.quiet);
 }
 
@@ -168,6 +169,7 @@ std::string version_text() {
 [[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
   const std::string text = error.what(), hint = "see polypic " + name + " --help";
   if (!command.remaining().empty()) refuse(command.remaining().front(), "not an option of polypic " + name, hint);
+  if (name == "cost" && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) refuse("cost", "needs a shot or a problem", hint);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs one value", hint);
   refuse("", text.substr(0, text.find('\n')), hint);
 }

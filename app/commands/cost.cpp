@@ -26,9 +26,10 @@ std::filesystem::path shot_of(const std::string& subject) {
     std::vector<std::string> names;
     for (const sim::ProblemRow& row : sim::problem_rows()) names.emplace_back(row.name);
     const std::string nearest = base::nearest_word(subject, names);
-    if (nearest.empty() || !e.complaint().hint.empty()) throw;
+    if (!e.complaint().hint.empty()) throw;
     base::Complaint complaint = e.complaint();
-    complaint.hint = "did you mean " + nearest + "?";
+    complaint.message = "no such file, and no shipped shot or problem of that name";
+    complaint.hint = nearest.empty() ? "polypic list names them" : "did you mean " + nearest + "?";
     throw base::Error(std::move(complaint));
   }
 }
@@ -47,12 +48,13 @@ bool cost(const Request& request) {
   const std::filesystem::path shot = problem ? std::filesystem::path() : shot_of(request.subject);
   CostOrder order{.overrides = request.overrides, .vary = {}, .frames = request.frames,
                   .out = request.out.value_or(std::filesystem::path("out") / "cost" / (problem ? request.subject : shot.stem().string())),
-                  .threads = cores, .repeats = request.repeats, .command = request.line};
+                  .threads = cores, .repeats = request.repeats, .command = request.line, .dry_run = request.dry_run};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);
   const Study study = problem ? study_of_problem(*problem, order, progress) : study_of_shot(shot, order, progress);
+  if (order.dry_run) return true;
   write_study(study, order.out);
   write_cost_report(study, order.out, progress);
   if (request.json) std::fputs(document_text(study_json(study)).c_str(), stdout);

@@ -74,6 +74,7 @@ void film(const Request& request) {
                     .out = request.out.value_or(std::filesystem::path("out") / shot.name),
                     .restart = request.restart,
                     .threads = request.threads.value_or(tbb::info::default_concurrency()),
+                    .report = !request.no_report,
                     .command = request.line};
   const FrameRange range = order.frames.value_or(FrameRange{1, shot.frames});
   std::optional<Prediction> predicted;

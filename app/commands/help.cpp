@@ -17,7 +17,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
 
   polypic plan SHOT        what a shot asks for and what it will cost
   polypic cost SHOT        what more or less accuracy would cost in time; also cost PROBLEM
-  polypic list             shots, materials and looks that come with the program
+  polypic list             shots, materials, looks and problems that come with the program
   polypic info FILE        what is in a .vdb, .exr, .png, run.json or report.html
   polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic sheet RUN...     pictures of several runs side by side, with labels
@@ -37,6 +37,7 @@ constexpr std::string_view kShotOptions = R"(
   --set KEY=VALUE     changes a key of the shot, as often as you like: --set sim.cell=0.01
   --quality Q         draft, normal, high or extreme
   --threads N         default: all cores. The result is the same for any number
+  --no-report         report.html is not written
   --restart           forgets what this command and those after it have made, and makes it anew
   --quiet             no progress
   --json              run.json's content on standard output, all else on standard error
@@ -102,6 +103,7 @@ cost.csv, cost.json, report.html (one page, no network needed) and its plots as 
   --repeats N         runs of each variant's clock (default: 3 of a problem, 2 of a shot)
   --out DIR           default: out/cost/NAME
   --threads N         default: all cores
+  --dry-run           names the variants, how many runs they take and about how long, and runs none of them
   --single            runs a problem once as --set makes it, and prints what it measured as JSON
   --quiet, --json     no progress; cost.json's content on standard output
 
@@ -109,7 +111,7 @@ cost.csv, cost.json, report.html (one page, no network needed) and its plots as 
   polypic cost taylor_green_2d --vary sim.modes=1,3,4,6,9 --set sim.kernel=quadratic --set problem.waves=8
   polypic cost shots/dam_break.toml --frames 1-24
 )" + problems_text()},
-    {"list", R"(polypic list [--json]     shots, materials and looks that come with the program
+    {"list", R"(polypic list [--json]     shots, materials, looks and problems that come with the program
 )"},
     {"info", R"(polypic info FILE [--json]     what is in a file
 
@@ -158,7 +160,7 @@ what must hold, to what tolerance and who says so; one that must fail passes whe
 )"},
     {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
 
-TOPIC is a table or a key. --example prints a complete shot that runs.
+TOPIC is a table or a key, or a problem of `polypic cost`: its own keys. --example prints a complete shot that runs.
 
   polypic params sim
   polypic params render.spp

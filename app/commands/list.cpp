@@ -5,6 +5,7 @@
 #include "app/commands/commands.h"
 #include "base/atomic_file.h"
 #include "base/text.h"
+#include "sim/problem.h"
 
 namespace app {
 namespace {
@@ -52,6 +53,12 @@ Json materials_json() {
   return materials;
 }
 
+Json problems_json() {
+  Json problems = Json::array();
+  for (const sim::ProblemRow& row : sim::problem_rows()) problems.push_back({{"name", row.name}, {"meaning", row.meaning}});
+  return problems;
+}
+
 void print_names(const char* title, const Json& entries) {
   std::string names;
   for (const Json& entry : entries) names += (names.empty() ? "" : ", ") + entry["name"].get<std::string>();
@@ -61,7 +68,7 @@ void print_names(const char* title, const Json& entries) {
 }  // namespace
 
 void list(const Request& request) {
-  const Json out = {{"schema", 1}, {"shots", shots_json()}, {"materials", materials_json()}, {"looks", looks_json()}};
+  const Json out = {{"schema", 1}, {"shots", shots_json()}, {"materials", materials_json()}, {"looks", looks_json()}, {"problems", problems_json()}};
   if (request.json) {
     std::printf("%s\n", out.dump(2).c_str());
     return;
@@ -72,6 +79,7 @@ void list(const Request& request) {
                 shot["height"].get<long long>(), shot["description"].get<std::string>().c_str());
   print_names("materials", out["materials"]);
   print_names("looks    ", out["looks"]);
+  print_names("problems ", out["problems"]);
 }
 
 }  // namespace app

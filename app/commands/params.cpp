@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/study/problem_shot.h"
 #include "base/error.h"
 #include "base/text.h"
 
@@ -15,9 +16,24 @@ bool matches(const std::string& key, const std::string& topic) {
   return dotted.find("." + topic + ".") != std::string::npos;
 }
 
+/// The own keys of problems with a known answer, or of the one that is named, and whose they are.
+std::vector<KeyRow> problem_rows_about(const std::string& topic) {
+  std::vector<KeyRow> rows;
+  for (const sim::ProblemRow& problem : sim::problem_rows()) {
+    for (KeyRow& key : problem_keys(problem)) {
+      if (topic != problem.name && !matches(key.key, topic)) continue;
+      key.meaning = std::string(problem.name) + ": " + key.meaning;
+      rows.push_back(std::move(key));
+    }
+  }
+  return rows;
+}
+
 std::vector<KeyRow> rows_about(const std::string& topic) {
   std::vector<KeyRow> rows = all_keys();
   if (topic.empty()) return rows;
+  if (topic.starts_with("problem") || sim::find_problem(topic))
+    if (std::vector<KeyRow> own = problem_rows_about(topic); !own.empty()) return own;
   std::vector<std::string> words;
   for (const KeyRow& row : rows) {
     words.push_back(row.key);

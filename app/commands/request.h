@@ -21,6 +21,8 @@ struct Request {
   std::vector<std::string> vary;    // cost: "KEY=V1,V2"
   std::optional<int> repeats;       // cost: runs of each variant
   bool single = false;              // cost: a problem, once, here
+  bool dry_run = false;             // cost: what would be run, and nothing else
+  bool no_report = false;           // of films: no report.html
   std::string line;                 // the command line, as a shell takes it
   bool quick = false, listing = false;   // verify: without the long cases; names only
   std::vector<std::string> subjects;   // sheet: runs or pictures; verify: cases

@@ -200,7 +200,7 @@ class Measuring {
   double samples() const { return shot_.scene.options.dimension == 2 ? pixels() : pixels() * double(shot_.render.options.spp); }
 
   bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to) {
-    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--out", (scratch_.path() / name).string(), "--threads", std::to_string(threads_),
+    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--no-report", "--out", (scratch_.path() / name).string(), "--threads", std::to_string(threads_),
                                       "--frames", std::to_string(from) + "-" + std::to_string(to)};
     if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
     for (const auto& list : {overrides_.sets, sizes.sets})

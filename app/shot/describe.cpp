@@ -170,6 +170,12 @@ std::vector<KeyRow> all_keys() {
   return std::move(describer.rows);
 }
 
+std::vector<KeyRow> keys_of(const std::string& table, const std::function<void(base::Params&)>& declaration) {
+  Describer describer;
+  describer.table(table, "", declaration);
+  return describer.rows;
+}
+
 bool is_declared_key(const std::string& key) { return find_row(all_keys(), key) != nullptr; }
 
 std::string declared_unit(const std::string& key) {

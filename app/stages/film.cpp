@@ -122,7 +122,7 @@ nlohmann::ordered_json write_run(const Making& m, base::Progress& progress) {
   const Lock lock = Lock::take(m.folder.lock_of_run(), [] {});   // the last to write has read all records
   nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
   base::write_text_atomically(m.folder.run(), document_text(run));
-  write_run_report(m.folder, m.shot, run, m.order.command, progress);
+  if (m.order.report) write_run_report(m.folder, m.shot, run, m.order.command, progress);
   return run;
 }
 

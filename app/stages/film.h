@@ -24,6 +24,7 @@ struct Order {
   std::filesystem::path out;          // the run's directory
   bool restart = false;               // the stages' files and those below are made anew
   int threads = 1;
+  bool report = true;                 // report.html is written
   std::string command = {};           // as typed; for the report
   std::string cost = {};              // what the frames are expected to take, for the first lines; empty when nobody knows
 };

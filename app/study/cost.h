@@ -23,6 +23,7 @@ struct CostOrder {
   int threads = 1;
   std::optional<int> repeats;          // of each variant's clock; 3 for problems, 2 for shots
   std::string command;                 // as typed
+  bool dry_run = false;                // says what would be run, and about how long, and measures nothing
 };
 
 /// Variants that are measured already are not run again. Throws base::Error (exit 2) where a key or value suits no variant at all.

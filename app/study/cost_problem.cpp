@@ -2,6 +2,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <map>
 
 #include "app/stages/document.h"
 #include "app/study/child.h"
@@ -87,6 +88,8 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
   study.meaning = {m.energy, m.position, m.vorticity, m.volume, "", "", m.velocity};
   std::vector<Trial> trials;
   std::vector<std::optional<base::Complaint>> complaints;
+  std::map<std::string, double> work;   // by the hash of a trial
+  bool quality_says_something = !order.overrides.quality;
   for (const Case& c : cases_of(row, order)) {
     study.cases.push_back({c.name, measure_named(row.decides), {}, {}});
     for (const Sets& sets : variants_of(order, usual.shot.scene.options.is_solid())) {
@@ -100,6 +103,8 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
         describe(read.shot.scene.options, t.variant);
         t.variant.label = label_of(read.shot.scene.options, sets);
         t.hash = trial_hash(read.text, name + " " + std::to_string(order.threads));
+        t.text = read.text, work[t.hash] = read.work;
+        if (!quality_says_something) quality_says_something = read_problem(row, with({{}, order.overrides.sets}, t.sets)).text != read.text;
       } catch (const base::Error& e) {
         complaints.back() = e.complaint();
         t.variant.failure = base::to_line(e.complaint());
@@ -108,11 +113,21 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
     }
   }
   refuse_what_suits_none(order.vary, trials, complaints);
+  refuse_what_changes_nothing(order.vary, trials, "the problem");
+  if (!quality_says_something && std::all_of(trials.begin(), trials.end(), [](const Trial& t) { return t.variant.ran(); }))
+    throw base::Error({.file = "--quality " + *order.overrides.quality, .message = kIdleQuality});
   const int repeats = order.repeats.value_or(kRepeats);
   sign(study, order, repeats);
-  const RunTrial run = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {}, failure); };
-  const RunTrial audit = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {"sim.audit=true"}, failure); };
-  run_trials(trials, repeats, order.out / "variants", run, audit, progress);
+  TrialRuns runs{.repeats = repeats, .folder = order.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}};
+  runs.size = [&](const Trial& t) { return work.at(t.hash); };
+  runs.run = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {}, failure); };
+  runs.audit = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {"sim.audit=true"}, failure); };
+  tell_plan(trials, runs, name, order.dry_run, progress);
+  if (order.dry_run) {
+    tell_time(trials, runs, progress);
+    return study;
+  }
+  run_trials(trials, runs, progress);
   for (Trial& t : trials) study.variants.push_back(std::move(t.variant));
   judge(study);
   return study;

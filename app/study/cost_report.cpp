@@ -60,8 +60,9 @@ CasePlots plots_of(const Study& study, const StudyCase& part) {
   return all;
 }
 
-/// Median and half the spread.
+/// Median and half the spread, where there is one.
 Cell seconds_cell(const Variant& v) {
+  if (v.seconds.size() == 1) return {number("%.3g", v.seconds_median), v.seconds_median};
   return {number("%.3g", v.seconds_median) + " ± " + number("%.2g", (v.seconds_max - v.seconds_min) / 2), v.seconds_median};
 }
 
@@ -115,8 +116,17 @@ void add_table(Page& page, const Study& study) {
     rows.push_back(std::move(row));
   }
   page.table(columns, rows,
-             "A click on a head sorts. Seconds are medians and half the spread. On the front (bold): nothing that was tried is both nearer "
-             "to the truth and faster. Ties: those of the same case that are as fast, within the spread.");
+             std::string("A click on a head sorts. ") + (study.repeats > 1 ? "Seconds are medians and half the spread. " : "Seconds are of one run. ") +
+                 "On the front (bold): nothing that was tried is both nearer to the truth and faster. Ties: those of the same case that are as "
+                 "fast, within the spread.");
+}
+
+/// "polypic full linear, cell 0.02 m"
+std::string scheme_text(const Variant& v) {
+  std::string text = v.transfer;
+  for (const std::string& word : {v.modes, v.kernel, v.splitting == "reflection" ? v.splitting : std::string()})
+    if (!word.empty()) text += " " + word;
+  return text + ", cell " + number("%.3g", v.cell) + " m";
 }
 
 void add_frames(Page& page, const Study& study) {
@@ -130,7 +140,7 @@ void add_frames(Page& page, const Study& study) {
     frames.clear();
     for (const Picture& picture : v.pictures) frames.push_back(picture.frame);
   };
-  if (study.reference) add(*study.reference, "reference: " + study.reference->label);
+  if (study.reference) add(*study.reference, "reference: " + scheme_text(*study.reference));
   for (const Variant& v : study.variants) add(v, study.cases.size() > 1 ? v.part + ": " + v.label : v.label);
   if (strips.empty()) return;
   std::vector<std::string> moments;
@@ -181,9 +191,12 @@ void add_facts(Page& page, const Study& study) {
           number("%.3g", *part.noise.value[m])});
   facts.push_back({"command", study.command});
   facts.push_back({"program", "polypic " + study.version + (study.commit.empty() ? "" : " (" + study.commit + ")")});
-  facts.push_back({"measured", "each variant " + std::to_string(study.repeats) + (study.repeats == 1 ? " time" : " times")
-      + ", in turns, after one run to warm up; " + std::to_string(study.threads) +
-                                   (study.threads == 1 ? " thread" : " threads") + "; the median is shown"});
+  const std::string threads = std::to_string(study.threads) + (study.threads == 1 ? " thread" : " threads");
+  facts.push_back({"machine", study.processor + ", " + std::to_string(study.cores) + (study.cores == 1 ? " core" : " cores")});
+  facts.push_back({"measured", study.repeats == 1
+                                   ? "each variant once, with " + threads + ": how far times scatter is not known"
+                                   : "each variant " + std::to_string(study.repeats) + " times, in turns, after one run to warm up, with " + threads +
+                                         "; runs that differ by more than 15 % are made again; the median is shown"});
   page.facts(facts);
   std::string failures;
   std::size_t failed = 0;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "app/plan/predict.h"
 #include "app/study/distance.h"
 #include "app/study/front.h"
 #include "app/study/shot_runs.h"
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kRepeats = 2;
+constexpr double kStart = 0.3;                        // [s] of a process, before and after what it measures
 constexpr std::size_t kCompared = 8, kPictures = 4;   // frames
 constexpr double kTrusted = 0.5;                      // of the variants' error: where chance makes more, frames are compared no more
 
@@ -72,13 +74,27 @@ class ShotStudy {
     sign(study_, order_, repeats);
     study_.cases = {{shot_.name, Measure::position, {}, {}}};
     plan_variants();
-    progress_.line(fmt::format("study  {} variants of {}, {} times each; {}", variants_.size(), shot_.name, repeats, study_.notes.front()));
     plan_references();
-    measure(references_, 1, {});
+    refuse_idle_quality();
+    TrialRuns runs = runs_of(repeats);
+    runs.audit = [&](const Trial& t, int, std::string& failure) { return audited(t, failure); };
+    tell_plan(variants_, runs, shot_.name, order_.dry_run, progress_);
+    progress_.line("       " + study_.notes.front() + "; and the shot as it is, twice");
+    if (order_.dry_run) {
+      if (const auto seconds = predicted_seconds()) {
+        runs.known = KnownRun{*seconds, kStart, size_of(references_.front())};
+        tell_time(variants_, runs, progress_);
+      }
+      return study_;
+    }
+    run_trials(references_, runs_of(1), progress_);
+    keep_sizes(references_);
     for (const Trial& t : references_)
       if (!t.variant.ran())
         throw base::Error({.file = file_.string(), .hint = "the reference is the shot's own settings", .message = t.variant.failure});
-    measure(variants_, repeats, [&](const Trial& t, int, std::string& failure) { return audited(t, failure); });
+    runs.known = KnownRun{references_.front().variant.seconds_median, kStart, size_of(references_.front())};
+    run_trials(variants_, runs, progress_);
+    keep_sizes(variants_);
     make_pictures();
     compare();
     study_.reference = references_.front().variant;
@@ -105,7 +121,8 @@ class ShotStudy {
       t.variant.transfer = names.transfer, t.variant.kernel = names.kernel, t.variant.modes = names.modes, t.variant.splitting = names.splitting;
       t.variant.cell = o.cell, t.variant.cfl = o.cfl;
       if (t.variant.label.empty()) t.variant.label = label_of(o, t.variant.keys);
-      t.hash = trial_hash(stage_text(shot, "simulate"), fmt::format("{} {}", last_, order_.threads));
+      t.text = stage_text(shot, "simulate");
+      t.hash = trial_hash(t.text, fmt::format("{} {}", last_, order_.threads));
       return {};
     } catch (const base::Error& e) {
       t.variant.failure = base::to_line(e.complaint());
@@ -144,6 +161,38 @@ class ShotStudy {
         complaints.push_back(prepare(t));
       }
     refuse_what_suits_none(order_.vary, variants_, complaints);
+    refuse_what_changes_nothing(order_.vary, variants_, "a simulation");
+  }
+
+  /// Where every variant sets what a quality sets, the reference alone may still be another.
+  void refuse_idle_quality() const {
+    if (!order_.overrides.quality) return;
+    const auto text = [&](ShotRun run, bool with_quality) {
+      if (!with_quality) run.overrides.quality.reset();
+      return stage_text(read_shot(file_, run.overrides), "simulate");
+    };
+    for (const auto* trials : {&references_, &variants_})
+      for (const Trial& t : *trials)
+        if (!t.variant.ran() || text(run_of(t, {}), true) != text(run_of(t, {}), false)) return;
+    throw base::Error({.file = "--quality " + *order_.overrides.quality, .message = kIdleQuality});
+  }
+
+  /// A step goes over all cells, and there are the more of them the smaller a cell is.
+  double size_of(const Trial& t) const {
+    const double work = t.variant.splitting == "reflection" ? 2 : 1;
+    return work * std::pow(t.variant.cell, -double(shot_.scene.options.dimension) - 1);
+  }
+
+  /// [s] of the reference, as `polypic plan` says.
+  std::optional<double> predicted_seconds() const {
+    const FrameRange range{1, last_};
+    std::optional<Pilot> pilot = cached_pilot(shot_, last_, order_.threads);
+    if (!pilot) {
+      pilot = measure_pilot("/proc/self/exe", shot_, order_.overrides, last_, order_.threads);
+      if (!pilot) return {};
+      keep_pilot(shot_, order_.threads, *pilot);
+    }
+    return predict(shot_, *pilot, range).cpu["simulate"] / order_.threads;
   }
 
   /// The shot as it is, and once more with particles seeded otherwise.
@@ -158,12 +207,17 @@ class ShotStudy {
       if (const auto complaint = prepare(t)) throw base::Error(*complaint);
   }
 
-  void measure(std::vector<Trial>& trials, int repeats, const RunTrial& audit) {
-    const RunTrial run = [&](const Trial& t, int repeat, std::string& failure) {
+  TrialRuns runs_of(int repeats) {
+    TrialRuns runs{.repeats = repeats, .folder = order_.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}};
+    runs.size = [&](const Trial& t) { return size_of(t); };
+    runs.run = [&](const Trial& t, int repeat, std::string& failure) {
       if (repeat == 0) return simulate(run_of(t, folder_of(t)), failure);   // its frames are kept
       return scratch_run(t, {}, failure);
     };
-    run_trials(trials, repeats, order_.out / "variants", run, audit, progress_);
+    return runs;
+  }
+
+  void keep_sizes(std::vector<Trial>& trials) const {
     for (Trial& t : trials)
       if (t.variant.ran()) t.variant.disk_bytes = simulated_bytes(folder_of(t));
   }
@@ -298,7 +352,7 @@ class ShotStudy {
       for (std::size_t f = 0; f < std::min(own.size(), truth.size()); ++f) away.push_back(std::abs(own[f] - truth[f]));
       energy[i] = mean(away);
     }
-    const std::int64_t horizon = horizon_of(found);
+    const std::int64_t horizon = horizon_of(trials, found);
     Errors& noise = study_.cases.front().noise;
     noise[Measure::energy] = energy[1];
     for (const Measure m : kByFrame) noise[m] = found[1].mean_until(m, horizon);
@@ -316,19 +370,25 @@ class ShotStudy {
 
   /// The last frame that is compared with the reference's: up to it the reference's own chance moves particles less than half as far as variants are
   /// away.
-  std::int64_t horizon_of(const std::vector<Distances>& found) const {
+  std::int64_t horizon_of(const std::vector<Trial*>& trials, const std::vector<Distances>& found) const {
     const auto at = std::size_t(Measure::position);
     std::int64_t horizon = 0;
     for (std::size_t f = 0; f < compared_.size(); ++f) {
       std::vector<double> errors;
-      for (std::size_t i = 2; i < found.size(); ++i) errors.push_back(found[i].by_measure[at][f]);
+      for (std::size_t i = 2; i < found.size(); ++i)
+        if (!is_reference(*trials[i])) errors.push_back(found[i].by_measure[at][f]);
       if (errors.empty() || found[1].by_measure[at][f] > kTrusted * median(errors)) break;
       horizon = compared_[f];
     }
     return horizon;
   }
 
+  /// A variant may be the shot as it is: it has no error, and says nothing of how far variants are away.
+  bool is_reference(const Trial& t) const { return t.hash == references_.front().hash; }
+
   void explain(std::int64_t horizon) {
+    for (const Trial& t : variants_)
+      if (is_reference(t)) study_.notes.push_back(t.variant.label + " is the shot as it is, and so without error");
     const std::string own = base::to_text(shot_.scene.options.cell);
     study_.meaning[std::size_t(Measure::energy)] = "of kinetic, potential and elastic energy over that of the first frame, mean over all frames";
     study_.meaning[std::size_t(Measure::position)] = "sliced Wasserstein distance of the particles, in cells of " + own + " m";
@@ -341,7 +401,7 @@ class ShotStudy {
     if (shot_.has_pictures) study_.meaning[std::size_t(Measure::image)] = "mean difference of the pictures, 480 x 270, 0 to 1";
     study_.notes.push_back(
         horizon == last_ ? fmt::format("frames are compared one by one up to the last, {}", last_)
-        : horizon > 0
+        : horizon > 0 || std::all_of(variants_.begin(), variants_.end(), [&](const Trial& t) { return is_reference(t); })
             ? fmt::format("frames are compared one by one up to {}; later ones differ by chance, and count in energy and volume alone", horizon)
             : "two runs of the reference with different seeds lie as far apart as the variants: frames cannot be compared one by one");
   }

@@ -8,7 +8,8 @@
 namespace app {
 namespace {
 
-constexpr double kSlack = 1.05;       // of a time that was measured
+constexpr double kSlack = 1.05, kSlackOfOne = 1.25;   // of a time that was measured; of one that was measured once
+constexpr double kOtherWayRound = 1.25;
 constexpr double kSameError = 1.01;
 
 /// The deciding error of a variant, or the noise where it is not above it.
@@ -64,7 +65,25 @@ void sum_up_seconds(Variant& v) {
   v.seconds_median = 0.5 * (sorted[(sorted.size() - 1) / 2] + sorted[sorted.size() / 2]);
 }
 
-bool is_tie(const Variant& a, const Variant& b) { return a.seconds_min <= kSlack * b.seconds_max && b.seconds_min <= kSlack * a.seconds_max; }
+bool is_tie(const Variant& a, const Variant& b) {
+  const double slack = a.seconds.size() > 1 && b.seconds.size() > 1 ? kSlack : kSlackOfOne;
+  return a.seconds_min <= slack * b.seconds_max && b.seconds_min <= slack * a.seconds_max;
+}
+
+std::string doubt_of_the_clock(const Study& study) {
+  std::size_t pairs = 0, reversed = 0;
+  std::string first;
+  for (const Variant& a : study.variants)
+    for (const Variant& b : study.variants) {
+      if (a.part != b.part || !a.ran() || !b.ran() || a.seconds_median >= b.seconds_median || is_tie(a, b)) continue;
+      ++pairs;
+      if (a.cpu_seconds <= kOtherWayRound * b.cpu_seconds) continue;
+      if (reversed++ == 0) first = a.label + " and " + b.label;
+    }
+  if (reversed == 0) return "";
+  constexpr const char* kDoubt = "the clock and CPU seconds put {} of {} pairs the other way round ({}{}): threads waited, or something else ran";
+  return fmt::format(kDoubt, reversed, pairs, first, reversed > 1 ? " ..." : "");
+}
 
 void judge(Study& study) {
   for (StudyCase& c : study.cases) {
@@ -85,6 +104,7 @@ void judge(Study& study) {
     }
     c.sentences = sentences(c, front);
   }
+  if (std::string doubt = doubt_of_the_clock(study); !doubt.empty()) study.notes.push_back(std::move(doubt));
 }
 
 }  // namespace app

@@ -1,5 +1,7 @@
 #pragma once
 // Which variants are worth their time.
+#include <string>
+
 #include "app/study/study.h"
 
 namespace app {
@@ -7,8 +9,11 @@ namespace app {
 /// Median, least and most of `seconds`.
 void sum_up_seconds(Variant&);
 
-/// The spreads of their times overlap, 5 % of it added: measured again, the order of the two may be another.
+/// The spreads of their times overlap, 5 % of it added (25 % where one was measured once): measured again, the order of the two may be another.
 bool is_tie(const Variant&, const Variant&);
+
+/// Where CPU seconds put variants the other way round than the clock does by more than a fourth: a line that says so.
+std::string doubt_of_the_clock(const Study&);
 
 /// Of every case: ties, the Pareto front of the deciding error against the median of the seconds, and the three sentences. An error that is absent
 /// counts as the case's noise. Of two that are as fast the one with less error is on the front; of two with the same error (to 1 %) the faster one.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "app/stages/document.h"
 #include "app/study/front.h"
@@ -15,7 +16,8 @@ namespace {
 std::array<const MeasuredRun*, 2> middle_runs(const std::vector<MeasuredRun>& runs, const char* key) {
   std::vector<const MeasuredRun*> sorted;
   for (const MeasuredRun& run : runs) sorted.push_back(&run);
-  std::stable_sort(sorted.begin(), sorted.end(), [&](const MeasuredRun* a, const MeasuredRun* b) { return a->at(key).get<double>() < b->at(key).get<double>(); });
+  const auto value = [key](const MeasuredRun* run) { return run->at(key).get<double>(); };
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const MeasuredRun* a, const MeasuredRun* b) { return value(a) < value(b); });
   return {sorted[(sorted.size() - 1) / 2], sorted[sorted.size() / 2]};
 }
 
@@ -63,7 +65,7 @@ KeptRuns read_kept(const std::filesystem::path& file, const std::string& hash) {
     for (const MeasuredRun& run : all.at("runs")) kept.runs.push_back(run);
     if (all.contains("audit")) kept.audit = all.at("audit");
     Variant trial;
-    take_runs(kept, trial);
+    take_runs(kept, int(kept.runs.size()), trial);
     return kept;
   } catch (const std::exception&) {   // damaged: measured again
     return {};
@@ -76,7 +78,28 @@ void write_kept(const std::filesystem::path& file, const std::string& hash, cons
   base::write_text_atomically(file, document_text(all));
 }
 
-void take_runs(const KeptRuns& kept, Variant& v) {
+std::vector<MeasuredRun> fastest(const std::vector<MeasuredRun>& runs, int repeats) {
+  std::vector<double> seconds;
+  for (const MeasuredRun& run : runs) seconds.push_back(run.at("seconds"));
+  std::sort(seconds.begin(), seconds.end());
+  if (seconds.size() <= std::size_t(repeats)) return runs;
+  std::vector<MeasuredRun> kept;
+  for (const MeasuredRun& run : runs)
+    if (run.at("seconds").get<double>() <= seconds[std::size_t(repeats) - 1] && kept.size() < std::size_t(repeats)) kept.push_back(run);
+  return kept;
+}
+
+bool is_unsteady(const std::vector<MeasuredRun>& runs, int repeats) {
+  constexpr double kSteady = 1.15;
+  double least = std::numeric_limits<double>::max(), most = 0;
+  for (const MeasuredRun& run : fastest(runs, repeats)) {
+    const double seconds = run.at("seconds");
+    least = std::min(least, seconds), most = std::max(most, seconds);
+  }
+  return most > kSteady * least;
+}
+
+void take_runs(const KeptRuns& kept, int repeats, Variant& v) {
   if (kept.runs.empty()) return;
   const MeasuredRun& first = kept.runs.front();
   for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
@@ -86,12 +109,11 @@ void take_runs(const KeptRuns& kept, Variant& v) {
               course.at("enstrophy").get<std::vector<double>>()};
   v.particles = first.at("particles"), v.steps = first.at("steps");
   v.seconds.clear();
-  for (const MeasuredRun& run : kept.runs) {
-    v.seconds.push_back(run.at("seconds"));
-    v.peak_bytes = std::max(v.peak_bytes, run.at("peak_bytes").get<std::int64_t>());
-  }
+  const std::vector<MeasuredRun> counted = fastest(kept.runs, repeats);
+  for (const MeasuredRun& run : counted) v.seconds.push_back(run.at("seconds"));
+  for (const MeasuredRun& run : kept.runs) v.peak_bytes = std::max(v.peak_bytes, run.at("peak_bytes").get<std::int64_t>());
   sum_up_seconds(v);
-  const auto by_clock = middle_runs(kept.runs, "seconds"), by_cpu = middle_runs(kept.runs, "cpu_seconds");
+  const auto by_clock = middle_runs(counted, "seconds"), by_cpu = middle_runs(counted, "cpu_seconds");
   v.cpu_seconds = mean(by_cpu, [](const MeasuredRun& run) { return run.at("cpu_seconds").get<double>(); });
   for (const auto& [name, cost] : first.at("passes").items()) {
     const auto of = [&](const char* key) { return [&name, key](const MeasuredRun& run) { return run.at("passes").at(name).at(key).get<double>(); }; };

@@ -26,7 +26,12 @@ struct KeptRuns {
 KeptRuns read_kept(const std::filesystem::path& file, const std::string& hash);
 void write_kept(const std::filesystem::path& file, const std::string& hash, const KeptRuns&);
 
-/// What the runs say, into the variant: errors and course of the first, medians of the costs.
-void take_runs(const KeptRuns&, Variant&);
+/// Something else that runs on the machine only makes a run slower: the fastest `repeats` of all that were made count, in the order they ran.
+std::vector<MeasuredRun> fastest(const std::vector<MeasuredRun>&, int repeats);
+/// Whether those differ by more than a run should: another may be steadier.
+bool is_unsteady(const std::vector<MeasuredRun>&, int repeats);
+
+/// What the runs say, into the variant: errors and course of the first, medians of the costs of the fastest `repeats`.
+void take_runs(const KeptRuns&, int repeats, Variant&);
 
 }  // namespace app

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 std::vector<std::string> words_of(const ShotRun& run) {
   std::vector<std::string> words = {
-      "simulate",  run.shot.string(),          "--quiet", "--out", run.out.string(), "--frames", "1-" + std::to_string(run.last),
+      "simulate",  run.shot.string(),          "--quiet", "--no-report", "--out", run.out.string(), "--frames", "1-" + std::to_string(run.last),
       "--threads", std::to_string(run.threads)};
   if (run.overrides.quality) words.insert(words.end(), {"--quality", *run.overrides.quality});
   for (const std::string& set : run.overrides.sets) words.insert(words.end(), {"--set", set});

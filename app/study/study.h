@@ -84,6 +84,8 @@ struct Study {
   std::string command;             // that made it
   std::string version, commit;     // of the program
   int threads = 1, repeats = 1;
+  std::string processor;           // as it calls itself
+  int cores = 1;                   // of the machine
   std::array<std::string, kMeasureNames.size()> meaning;   // of each kind of error, with its unit; empty where no variant has one
   std::vector<StudyCase> cases;
   std::vector<Variant> variants;   // in the order of the ladder, case by case

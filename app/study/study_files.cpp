@@ -102,6 +102,7 @@ Json study_json(const Study& study) {
   out["program"] = {{"version", study.version}};
   if (!study.commit.empty()) out["program"]["commit"] = study.commit;
   out["threads"] = study.threads, out["repeats"] = study.repeats;
+  out["machine"] = {{"processor", study.processor}, {"cores", study.cores}};
   Json& meaning = out["meaning"] = Json::object();
   for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
     if (!study.meaning[m].empty()) meaning[measure_column(m)] = study.meaning[m];

@@ -1,11 +1,16 @@
 #include "app/study/trials.h"
 
+#include <tbb/info.h>
+
 #include <algorithm>
+#include <fstream>
+#include <map>
 
 #include <fmt/format.h>
 
 #include "app/stages/hash.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/stopwatch.h"
 #include "app/version.h"
 #include "base/checksum.h"
 #include "base/error.h"
@@ -15,10 +20,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string processor_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name"))
+      if (const std::size_t colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
+  return "an unknown processor";
+}
+
 std::string program_text() {
   static const std::string text = [] {
     const auto sum = base::sum_of("/proc/self/exe");
-    return fmt::format("{} {} {:x}", kVersion, kCommit, sum ? sum->checksum : 0);
+    return fmt::format("{} {} {:x} {}", kVersion, kCommit, sum ? sum->checksum : 0, processor_name());
   }();
   return text;
 }
@@ -60,12 +73,82 @@ void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<T
     }
 }
 
-void run_trials(std::vector<Trial>& trials, int repeats, const fs::path& folder, const RunTrial& run, const RunTrial& audit,
-                base::Progress& progress) {
-  make_folder(folder);
+void refuse_what_changes_nothing(const std::vector<Varied>& vary, const std::vector<Trial>& trials, const std::string& read_by) {
+  for (const Varied& varied : vary) {
+    std::map<std::vector<std::string>, std::vector<std::string>> texts;   // by what a trial has beside this key
+    for (const Trial& t : trials) {
+      std::vector<std::string> others = t.sets;
+      std::erase_if(others, [&](const std::string& set) { return set.starts_with(varied.key + "="); });
+      if (t.variant.ran()) texts[others].push_back(t.text);
+    }
+    bool compared = false, differs = false;
+    for (const auto& [others, same] : texts)
+      for (const std::string& text : same) compared = compared || same.size() > 1, differs = differs || text != same.front();
+    if (compared && !differs)
+      throw base::Error({.file = "--vary " + varied.key,
+                         .message = "changes nothing that " + read_by + " reads: all its values make the same variant"});
+  }
+}
+
+namespace {
+
+bool is_missing(const Trial& t, int count) { return t.variant.ran() && int(t.kept.runs.size()) < count; }
+
+void read_all(std::vector<Trial>& trials, const fs::path& folder) {
   for (Trial& t : trials)
     if (t.variant.ran()) t.kept = read_kept(file_of(t, folder), t.hash);
-  const auto missing = [&](const Trial& t, int count) { return t.variant.ran() && int(t.kept.runs.size()) < count; };
+}
+
+/// That are still to be made, the audit among them.
+int runs_of(const Trial& t, const TrialRuns& order) {
+  if (!t.variant.ran()) return 0;
+  return std::max(0, order.repeats - int(t.kept.runs.size())) + (order.audit && t.kept.audit.is_null());
+}
+
+void announce(const std::vector<Trial>& trials, const TrialRuns& order, const KnownRun& known, base::Progress& progress) {
+  double seconds = 0;
+  int runs = 0;
+  for (const Trial& t : trials)
+    if (const int own = runs_of(t, order); own > 0) runs += own, seconds += own * (known.around + known.seconds * order.size(t) / known.size);
+  if (runs > 0) progress.line(fmt::format("runs   {} to make, in about {}", runs, base::duration_text(seconds)));
+}
+
+/// One that nobody counts: it warms the caches of the disk and the clock of the processor.
+std::optional<KnownRun> warm_up(const Trial& trial, const TrialRuns& order) {
+  std::string failure;
+  const Stopwatch watch;
+  const MeasuredRun warm = order.run(trial, -1, failure);
+  if (!failure.empty()) return {};
+  const double seconds = warm.at("seconds");
+  return KnownRun{seconds, std::max(0.0, watch.seconds() - seconds), order.size(trial)};
+}
+
+}  // namespace
+
+void tell_plan(std::vector<Trial>& trials, const TrialRuns& order, const std::string& subject, bool names, base::Progress& progress) {
+  read_all(trials, order.folder);
+  int runs = 0, made = 0;
+  for (const Trial& t : trials) runs += runs_of(t, order), made += int(std::min(t.kept.runs.size(), std::size_t(order.repeats)));
+  const std::string times = order.repeats == 1 ? "once" : fmt::format("{} times", order.repeats);
+  progress.line(fmt::format("study  {} variants of {}, {} each{}: {} runs{}", trials.size(), subject, times,
+                            order.audit ? " and once more for the audit" : "", runs, made > 0 ? fmt::format(", and {} made before", made) : ""));
+  if (!names) return;
+  for (const Trial& t : trials) {
+    const std::string failure = t.variant.ran() ? "" : "   cannot run: " + t.variant.failure;
+    progress.line("       " + t.variant.part + ": " + t.variant.label + failure);
+  }
+}
+
+void tell_time(const std::vector<Trial>& trials, const TrialRuns& order, base::Progress& progress) {
+  const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return runs_of(t, order) > 0; });
+  if (first == trials.end()) return;
+  const auto known = order.known ? order.known : warm_up(*first, order);
+  if (known) announce(trials, order, *known, progress);
+}
+
+void run_trials(std::vector<Trial>& trials, const TrialRuns& order, base::Progress& progress) {
+  make_folder(order.folder);
+  read_all(trials, order.folder);
   const auto attempt = [&](Trial& t, const RunTrial& way, int repeat) {
     stop_if_signalled();
     std::string failure;
@@ -75,38 +158,43 @@ void run_trials(std::vector<Trial>& trials, int repeats, const fs::path& folder,
     progress.line(t.variant.part + ": " + t.variant.label + "   could not run: " + failure);
     return MeasuredRun();
   };
-  const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return missing(t, repeats); });
-  if (first != trials.end() && repeats > 1) {
-    std::string failure;
-    run(*first, -1, failure);   // warms the caches of the disk and the clock of the processor
-  }
+  const auto add_run = [&](Trial& t, int repeat, const std::string& count) {
+    const MeasuredRun found = attempt(t, order.run, repeat);
+    if (!t.variant.ran()) return;
+    t.kept.runs.push_back(found);
+    write_kept(file_of(t, order.folder), t.hash, t.kept);
+    progress.line(count + "   " + progress_text(t, found));
+  };
   std::size_t kept = 0;
-  for (const Trial& t : trials) kept += t.variant.ran() && !missing(t, repeats);
+  for (const Trial& t : trials) kept += t.variant.ran() && !is_missing(t, order.repeats);
   if (kept > 0) progress.line(fmt::format("kept   {} of {} variants, measured before", kept, trials.size()));
-  for (int repeat = 0; repeat < repeats; ++repeat)
-    for (Trial& t : trials) {
-      if (!missing(t, repeat + 1)) continue;
-      const MeasuredRun found = attempt(t, run, repeat);
-      if (!t.variant.ran()) continue;
-      t.kept.runs.push_back(found);
-      write_kept(file_of(t, folder), t.hash, t.kept);
-      progress.line(fmt::format("{:>2}/{}   ", repeat + 1, repeats) + progress_text(t, found));
-    }
+  std::optional<KnownRun> known = order.known;
+  const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return is_missing(t, order.repeats); });
+  if (first != trials.end() && order.repeats > 1)
+    if (const auto warm = warm_up(*first, order); warm && !known) known = warm;
+  if (known) announce(trials, order, *known, progress);
+  for (int repeat = 0; repeat < order.repeats; ++repeat)
+    for (Trial& t : trials)
+      if (is_missing(t, repeat + 1)) add_run(t, repeat, fmt::format("{:>2}/{}", repeat + 1, order.repeats));
+  for (int again = 1; order.repeats > 1 && again <= order.repeats; ++again)
+    for (Trial& t : trials)
+      if (is_missing(t, order.repeats + again) && is_unsteady(t.kept.runs, order.repeats)) add_run(t, order.repeats, "again");
   for (Trial& t : trials) {
-    if (!audit || !t.variant.ran() || !t.kept.audit.is_null()) continue;
-    const MeasuredRun found = attempt(t, audit, 0);
+    if (!order.audit || !t.variant.ran() || !t.kept.audit.is_null()) continue;
+    const MeasuredRun found = attempt(t, order.audit, 0);
     if (!t.variant.ran()) continue;
     t.kept.audit = found;
-    write_kept(file_of(t, folder), t.hash, t.kept);
+    write_kept(file_of(t, order.folder), t.hash, t.kept);
   }
   for (Trial& t : trials)
-    if (t.variant.ran()) take_runs(t.kept, t.variant);
+    if (t.variant.ran()) take_runs(t.kept, order.repeats, t.variant);
 }
 
 void sign(Study& study, const CostOrder& order, int repeats) {
   study.command = order.command;
   study.version = kVersion, study.commit = kCommit;
   study.threads = order.threads, study.repeats = repeats;
+  study.processor = processor_name(), study.cores = tbb::info::default_concurrency();
 }
 
 }  // namespace app

@@ -104,6 +104,19 @@ SchemeNames scheme_names(const sim::Options& o) {
   return names;
 }
 
+namespace {
+
+/// The end of a key that no other varied key has: "velocity", or "a.velocity" beside "b.velocity".
+std::string short_name(const std::string& key, const Sets& varied) {
+  for (std::size_t dot = key.rfind('.'); dot != std::string::npos && dot > 0; dot = key.rfind('.', dot - 1)) {
+    const std::string end = key.substr(dot);
+    if (std::none_of(varied.begin(), varied.end(), [&](const auto& v) { return v.first != key && v.first.ends_with(end); })) return end.substr(1);
+  }
+  return key;
+}
+
+}  // namespace
+
 std::string label_of(const sim::Options& o, const Sets& varied) {
   std::string label;
   const auto add = [&](const std::string& word) { label += (label.empty() ? "" : " ") + word; };
@@ -119,7 +132,7 @@ std::string label_of(const sim::Options& o, const Sets& varied) {
       const bool bends = o.transfer == sim::Transfer::polypic && o.kernel == sim::Kernel::quadratic;
       if (varied.size() == 1 || o.carry != (bends ? sim::Carry::hybrid : sim::Carry::fixed)) add(value);
     } else if (!is_scheme_key(key)) {
-      add(key.substr(key.rfind('.') + 1) + " " + (key == "sim.cell" ? fmt::format("{:.3g}", o.cell) : value));
+      add(short_name(key, varied) + " " + (key == "sim.cell" ? fmt::format("{:.3g}", o.cell) : value));
     }
   }
   return label;
