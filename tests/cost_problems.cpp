@@ -102,6 +102,8 @@ TEST(CostProblems, ABlockSlidesByTheLawOfFriction) {
   const sim::ProblemResult r = solve("slope_block", {});
   EXPECT_LT(*r.errors.position, 0.05);
   EXPECT_LT(*r.errors.energy, 0.1);
+  EXPECT_LT(r.energy.back(), 0.99);   // friction takes: the energy falls
+  EXPECT_GT(r.energy.back(), 0.8);
   EXPECT_GT(*solve("slope_block", {"sim.boundary={friction=0.3}", "effect.1.acceleration=[4.905, -12]"}).errors.position, 0)
       << "another slope is another answer";
 }

@@ -126,12 +126,14 @@ TEST_F(CostReport, CutsOffWhatGoesFarBeyondAllElseAndNamesItsPointsByNumberWhere
   const app::Plot energy = *app::energy_plot(s, s.cases[0]), losses = *app::losses_plot(s, s.cases[0]);
   ASSERT_TRUE(energy.reach && losses.reach);
   EXPECT_DOUBLE_EQ(*energy.reach, 1.2);
-  EXPECT_EQ(energy.note, "cut off: wild goes to 4e+05");
-  EXPECT_EQ(losses.note, "cut off: wild goes to 4e+07");
+  EXPECT_EQ(energy.note, "wild is cut off, and goes to 4e+05");
+  EXPECT_EQ(losses.note, "wild is cut off, and goes to 4e+07");
   EXPECT_FALSE(app::seconds_plot(s, s.cases[0])->reach);
   EXPECT_EQ(app::error_plot(s, s.cases[0], app::Measure::energy)->labels.size(), 4u);
   EXPECT_EQ(app::error_plot(s, s.cases[0], app::Measure::energy)->note, "");
   for (int k = 0; k < 10; ++k) s.variants.push_back(variant("16 cells", "more " + std::to_string(k), "apic", 4 + k, 0.9));
+  EXPECT_EQ(app::energy_plot(s, s.cases[0])->series.size(), 10u) << "a colour each";
+  EXPECT_EQ(app::enstrophy_plot(s, s.cases[0])->note, "4 variants that are not on the front are left out");
   const app::Plot many = *app::error_plot(s, s.cases[0], app::Measure::energy);
   const auto count = [&](const std::string& text) {
     return std::count_if(many.labels.begin(), many.labels.end(), [&](const app::PointLabel& l) { return l.text == text; });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -47,7 +48,7 @@ void cut_off(Plot& plot, const std::vector<std::pair<std::string, double>>& larg
   if (!(usual > 0) || sorted.back() <= usual) return;
   plot.reach = 1.2 * *std::prev(std::upper_bound(sorted.begin(), sorted.end(), usual));
   for (const auto& [name, value] : largest)
-    if (value > usual) plot.note += (plot.note.empty() ? "cut off: " : ", ") + name + " goes to " + fmt::format("{:.3g}", value);
+    if (value > usual) plot.note += (plot.note.empty() ? "" : "; ") + name + " is cut off, and goes to " + fmt::format("{:.3g}", value);
 }
 
 Series lines(const Variant& variant, const std::vector<double>& y) {
@@ -62,6 +63,24 @@ void cut_off_curves(Plot& plot) {
     largest.emplace_back(s.label, most);
   }
   cut_off(plot, largest);
+}
+
+/// Those of the front, and of the others as many as have a colour of their own.
+void add_curves(Plot& plot, const std::vector<const Variant*>& variants, std::vector<double> Course::*values) {
+  std::vector<const Variant*> all;
+  for (const Variant* v : variants)
+    if (!(v->course.*values).empty()) all.push_back(v);
+  std::vector<const Variant*> others;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(others), [](const Variant* v) { return !v->pareto; });
+  const std::size_t most_others = kMostStages - std::min(kMostStages, all.size() - others.size());
+  if (others.size() > most_others) {
+    plot.note = std::to_string(others.size() - most_others) + " variants that are not on the front are left out";
+    others.resize(most_others);
+  }
+  for (const Variant* v : all)
+    if (v->pareto || std::find(others.begin(), others.end(), v) != others.end()) plot.series.push_back(lines(*v, v->course.*values));
+  plot.from_zero = falls(plot.series);
+  cut_off_curves(plot);
 }
 
 /// Of the variant in its case, from 1: that of the report's table.
@@ -156,23 +175,20 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
 }
 
 std::optional<Plot> energy_plot(const Study& study, const StudyCase& part) {
-  Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]",
-            .y_label = study.is_shot ? "energy, from the largest (1) to what is left (0)" : "energy over that at the start [1]"};
-  for (const Variant* v : variants_of(study, part))
-    if (!v->course.energy.empty()) plot.series.push_back(lines(*v, v->course.energy));
+  Plot plot{.title = title(study, part, "Energy"), .x_label = "time [s]", .y_label = "energy over that at the start [1]"};
+  if (study.reference && !study.reference->course.energy.empty()) {
+    plot.series.push_back(lines(*study.reference, study.reference->course.energy));
+    plot.series.back().style = Style::front;
+  }
+  add_curves(plot, variants_of(study, part), &Course::energy);
   if (plot.series.empty()) return {};
-  plot.from_zero = falls(plot.series);
-  cut_off_curves(plot);
   return plot;
 }
 
 std::optional<Plot> enstrophy_plot(const Study& study, const StudyCase& part) {
   Plot plot{.title = title(study, part, "Enstrophy"), .x_label = "time [s]", .y_label = "enstrophy over that at the start [1]"};
-  for (const Variant* v : variants_of(study, part))
-    if (!v->course.enstrophy.empty()) plot.series.push_back(lines(*v, v->course.enstrophy));
+  add_curves(plot, variants_of(study, part), &Course::enstrophy);
   if (plot.series.empty()) return {};
-  plot.from_zero = falls(plot.series);
-  cut_off_curves(plot);
   return plot;
 }
 

@@ -44,7 +44,11 @@ CasePlots plots_of(const Study& study, const StudyCase& part) {
   const std::string tail = study.cases.size() > 1 ? "." + file_name(part.name) : "";
   const auto add = [&](const std::string& name, std::optional<Plot> plot, bool half) {
     if (!plot) return;
-    if (half && plot->categories.empty()) plot->width = 640, plot->height = plot->labels.empty() ? 460 : 520;   // labels need room
+    if (half && plot->categories.empty()) {
+      constexpr int kRow = 24, kFewRows = 3;   // [pixels] of a legend with two names a row
+      const int rows = int(plot->series.size() + 1) / 2;
+      plot->width = 640, plot->height = plot->labels.empty() ? 460 + kRow * std::max(0, rows - kFewRows) : 520;   // labels need room
+    }
     all.names.push_back(name + tail);
     all.plots.push_back(std::move(*plot));
     if (!half) ++all.wide;

@@ -147,8 +147,8 @@ class ShotStudy {
                          .key = "sim.cell",
                          .hint = "--vary sim.cell=... says which to try",
                          .message = "no coarser cell parts the domain"});
-    study_.notes.push_back(own_cells ? "cells as varied"
-                                     : "cells of " + cells + " m: of those that part the domain the nearest to four times and twice the shot's own");
+    const std::string chosen = "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's";
+    study_.notes.push_back(own_cells ? "cells as varied" : chosen);
     const std::vector<Sets> ladder = order_.vary.empty() ? scheme_ladder(shot_.scene.options.is_solid()) : combinations(order_.vary);
     std::vector<std::optional<base::Complaint>> complaints;
     for (const auto& size : sizes)

@@ -170,6 +170,8 @@ class Drawing {
     double widest = 0;
     for (const Tick& tick : y_.ticks) widest = std::max(widest, text_width(tick.text, kFontSize));
     for (const std::string& name : plot_.categories) widest = std::max(widest, text_width(name, kFontSize));
+    const double most = 0.45 * width_ - kEdge - 10;
+    if (has_bars() && widest > most) name_size_ = kFontSize * most / widest;   // long names are set smaller
     legend_top_ = plot_.title.empty() ? 14 : kTitleLine + 24;
     const double y_label_line = has_bars() ? 6 : 28;
     y_label_at_ = legend_top_ + rows * kLegendRow + 14;
@@ -214,7 +216,7 @@ class Drawing {
     if (!has_bars()) text(plot_.y_label, kEdge, y_label_at_, "left", kSoft, kFontSize);
     text(plot_.x_label, area_.right, area_.bottom + 46, "right", kSoft, kFontSize);
     for (std::size_t i = 0; i < plot_.categories.size(); ++i)
-      text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, kFontSize);
+      text(plot_.categories[i], area_.left - 10, pixel_y(bar_middle(i)), "right", kInk, name_size_);
     std::string below = plot_.note;
     if (hidden_ > 0)
       below += (below.empty() ? "" : "; ") + std::to_string(hidden_) + (hidden_ == 1 ? " point is" : " points are")
@@ -341,7 +343,7 @@ class Drawing {
   std::size_t hidden_ = 0;
   Axis x_, y_;
   std::vector<Entry> legend_;
-  double legend_top_ = 0, y_label_at_ = 0;
+  double legend_top_ = 0, y_label_at_ = 0, name_size_ = kFontSize;   // the last of the names of bars
   Rectangle area_;                           // [pixels]
   std::vector<Rectangle> own_texts_;         // that labels keep off
   std::string out_;

@@ -26,7 +26,7 @@ struct Errors {
   const std::optional<double>& operator[](Measure m) const { return value[static_cast<std::size_t>(m)]; }
 };
 
-/// Energy and enstrophy over those at the start; a shot's energy over the span from its largest to what is left of it, enstrophy absent.
+/// Energy and enstrophy over those at the start; of shots no enstrophy.
 struct Course {
   std::vector<double> time;        // [s]
   std::vector<double> energy;      // [1], as long as `time`

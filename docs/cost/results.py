@@ -40,6 +40,8 @@ def main():
     lines = ["# Results", "", "Written by docs/cost/make; [cost-of-accuracy.md](../cost-of-accuracy.md) says what they mean. `*`: on the Pareto front."]
     for subject in subjects:
         study = json.loads((studies / subject / "cost.json").read_text())
+        if subject == subjects[0]:
+            lines += ["", f"Measured on {study['machine']['processor']}, {study['machine']['cores']} cores, with {study['threads']} threads."]
         lines += ["", f"## {subject}", "", sentence(study["title"], subject), ""]
         command = re.sub(r" --(quiet|out \S+)", "", study["command"])
         lines += [f"    {command}", ""]

@@ -180,7 +180,8 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   const bool limits = options_.carry != Carry::fixed;
   CellRanges ranges = std::exchange(ranges_, {});
   if (limits) {
-    departure_ = {particles.cell, particles.offset};
+    const auto pass = ledger.pass("carry", 2 * std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
+    departure_.cell = particles.cell, departure_.offset = particles.offset;
     ledger.hold("departures", std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
   }
   if (displaces_) {
