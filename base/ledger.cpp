@@ -33,7 +33,8 @@ Ledger::Timer::Timer(Ledger& ledger, std::string_view name, std::int64_t bytes)
     : ledger_(ledger), name_(name), bytes_(bytes), start_(ledger.start()) {}
 
 Ledger::Timer::~Timer() {
-  const Moment now{std::chrono::steady_clock::now(), process_seconds()};
+  const double cpu = process_seconds();   // asking takes up to a microsecond, which is still of this pass
+  const Moment now{std::chrono::steady_clock::now(), cpu};
   const std::chrono::duration<double> passed = now.clock - start_.clock;
   ledger_.add(name_, {1, passed.count(), bytes_, now.cpu - start_.cpu});
   ledger_.last_ = now;
