@@ -12,7 +12,7 @@ namespace app {
 namespace {
 
 constexpr std::size_t kMostStages = 10;       // with colours of their own
-constexpr std::size_t kMostNamed = 12;        // points of a plot that are called by name; of more only those on the front
+constexpr std::size_t kMostNamed = 12;        // points of a plot that are called by name; of more only those on the front of the deciding error
 constexpr int kHalfWidth = 640, kHalfHeight = 420;   // [pixels] of plots that stand in pairs
 
 std::string title(const Study& study, const StudyCase& part, const std::string& what) {
@@ -164,7 +164,8 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
       if (!v->errors[measure] || v->transfer != transfer) continue;
       points.x.push_back(v->seconds_median), points.y.push_back(*v->errors[measure]);
       points.x_low.push_back(v->seconds_min), points.x_high.push_back(v->seconds_max);
-      const bool by_name = variants.size() <= kMostNamed || std::find(on_front.begin(), on_front.end(), v) != on_front.end();
+      const bool is_front = measure == part.decides && std::find(on_front.begin(), on_front.end(), v) != on_front.end();
+      const bool by_name = variants.size() <= kMostNamed || is_front;
       if (!by_name) plot.note = "numbers: rows of the table of variants";
       plot.labels.push_back({v->seconds_median, *v->errors[measure], by_name ? v->label : std::to_string(row_of(study, *v))});
     }
@@ -199,7 +200,9 @@ std::optional<Plot> seconds_plot(const Study& study, const StudyCase& part) {
     values.emplace_back();
     for (const auto& [name, pass] : v->passes) values.back()[name] = pass.seconds;
   }
-  return bar_plot(variants, values, title(study, part, "Seconds by pass"), "seconds of the clock [s]", /*cuts=*/false);
+  std::optional<Plot> plot = bar_plot(variants, values, title(study, part, "Seconds by pass"), "seconds of the clock [s]", /*cuts=*/false);
+  if (plot && plot->series.size() > kMostStages) plot->note = "other: the smaller passes, and what no pass counts";
+  return plot;
 }
 
 std::optional<Plot> losses_plot(const Study& study, const StudyCase& part) {
