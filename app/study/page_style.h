@@ -13,7 +13,8 @@ inline constexpr std::string_view kPageHead = R"(<!DOCTYPE html>
 <link rel="icon" href="data:,">
 )";
 
-inline constexpr std::string_view kPageStyle = R"(:root { --ink: #1d2227; --soft: #5c6670; --line: #dde2e7; --paper: #f4f6f8; --card: #ffffff; --accent: #0072b2; --mark: #e8f2f9; }
+inline constexpr std::string_view kPageStyle = R"(:root { --ink: #1d2227; --soft: #5c6670; --line: #dde2e7; --paper: #f4f6f8;
+  --card: #ffffff; --accent: #0072b2; --mark: #e8f2f9; }
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e6e9ec; --soft: #9aa5b0; --line: #343b43; --paper: #16191d; --card: #1f242a; --accent: #56b4e9; --mark: #20323f; }
 }
@@ -41,7 +42,8 @@ figcaption { padding: 9px 16px; color: var(--soft); font-size: 15px; border-top:
 table { border-collapse: collapse; width: 100%; font-size: 14px; font-variant-numeric: tabular-nums; }
 caption { white-space: normal; text-align: left; padding: 10px 14px; color: var(--soft); }
 th { text-align: left; border-bottom: 2px solid var(--line); padding: 0; vertical-align: bottom; }
-th button { all: unset; cursor: pointer; display: block; box-sizing: border-box; width: 100%; padding: 9px 10px; font-weight: bold; font-size: 13px; line-height: 1.3; }
+th button { all: unset; cursor: pointer; display: block; box-sizing: border-box; width: 100%; padding: 9px 10px;
+  font-weight: bold; font-size: 13px; line-height: 1.3; }
 th button:hover, th button:focus-visible { background: var(--mark); }
 th button:focus-visible, input:focus-visible, summary:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
 th button::after { content: "\2195"; color: var(--line); padding-left: 5px; }
@@ -61,13 +63,15 @@ td.number, td.strong, td.name { white-space: nowrap; }
 img { display: block; width: 100%; height: auto; }
 [hidden] { display: none !important; }
 .none { display: block; padding: 60px 12px; text-align: center; color: var(--soft); }
-.controls { position: sticky; bottom: 0; display: flex; gap: 16px; align-items: center; background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 10px 16px; margin-top: 12px; }
+.controls { position: sticky; bottom: 0; display: flex; gap: 16px; align-items: center; background: var(--card);
+  border: 1px solid var(--line); border-radius: 6px; padding: 10px 16px; margin-top: 12px; }
 .controls input { flex: 1; accent-color: var(--accent); }
 .controls output { min-width: 15ch; text-align: right; font-variant-numeric: tabular-nums; }
 .play { all: unset; cursor: pointer; font-size: 18px; width: 1.6em; text-align: center; color: var(--accent); }
 details { margin: 12px 0; }
 summary { cursor: pointer; color: var(--accent); }
-pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 14px; overflow-x: auto; font: 14px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
+pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 14px; overflow-x: auto;
+  font: 14px/1.45 "DejaVu Sans Mono", Menlo, Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; }
 @media print { body { background: #ffffff; } .controls { position: static; } figure, .wide { break-inside: avoid; } }
 )";
 
@@ -85,7 +89,8 @@ function sortBy(table, column, ascending) {
     return ascending ? order : -order;
   });
   rows.forEach(row => body.appendChild(row));
-  Array.from(table.tHead.rows[0].cells).forEach((head, c) => head.setAttribute("aria-sort", c !== column ? "none" : ascending ? "ascending" : "descending"));
+  Array.from(table.tHead.rows[0].cells).forEach((head, c) =>
+    head.setAttribute("aria-sort", c !== column ? "none" : ascending ? "ascending" : "descending"));
 }
 for (const table of document.querySelectorAll("table"))
   Array.from(table.tHead.rows[0].cells).forEach((head, column) =>
