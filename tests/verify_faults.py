@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Switches cures off in a copy of the simulation, one at a time, and shows which hard cases notice.
 
-    tests/verify_faults.py [BUILD_DIR]        default: build/verify_faults
+    tests/verify_faults.py [BUILD_DIR [NUMBER...]]        default: build/verify_faults, all of them
 
 As tests/transfer_faults.py, whose machinery this is: the copy is built once with all faults in it, each behind a number that the environment
 chooses. Prints a line a cure: its number, what is off, the cases that fail. Exits 1 when no case that is about a cure
@@ -63,14 +63,16 @@ def main():
             return ["a case without end"], ""
         return re.findall(r"^FAIL (\S+)", result.stdout, re.M), result.stdout
 
-    for number, (name, file, _, _, about) in enumerate(FAULTS, 1):
+    chosen = [int(n) for n in sys.argv[2:]] or range(1, len(FAULTS) + 1)
+    for number in chosen:
+        name, file, _, _, about = FAULTS[number - 1]
         whole, _ = failing(0, about.split())
         found, text = failing(number, about.split())
         if whole:
             print(f"without a fault these fail: {' '.join(whole)}")
         print(f"{number:2} without {name} ({pathlib.Path(file).name}): {', '.join(found) or 'NOTHING FAILS'}", flush=True)
         bad += not found or bool(whole)
-    print(f"\n{len(FAULTS)} cures, {bad} of which can be off without their case noticing")
+    print(f"\n{len(chosen)} cures, {bad} of which can be off without their case noticing")
     return 1 if bad else 0
 
 
