@@ -99,7 +99,7 @@ double steps_in_frame(const Scene& scene, double fps, double before, double afte
   double steps = 0;
   for (double left = frame; left > 1e-9 * frame; ++steps) {
     const double share = 1 - left / frame;
-    const double motion = longest_step(before + share * (after - before), fall, reach, left);
+    const double motion = cut_to(left, longest_step(before + share * (after - before), fall, reach));
     left -= motion <= sound ? motion : left / std::ceil(left / sound);   // solids cut what is left into equal steps
   }
   return steps;

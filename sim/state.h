@@ -60,4 +60,23 @@ bool read_column(const State& state, std::string_view name, std::int64_t rows, s
   return true;
 }
 
+/// The numbers of a column, whatever their type, row by row; none where there is no such column.
+inline std::vector<double> reals(const State& state, std::string_view name) {
+  std::vector<double> values;
+  const auto fill = [&]<class Number>(const Column& c, Number) {
+    std::vector<Number> own(c.bytes.size() / sizeof(Number));
+    std::memcpy(own.data(), c.bytes.data(), own.size() * sizeof(Number));
+    values.assign(own.begin(), own.end());
+  };
+  const Column* const c = state.find(name);
+  if (!c || c->bytes.empty()) return values;
+  switch (c->type) {
+    case Column::Type::int32: fill(*c, std::int32_t{}); break;
+    case Column::Type::int64: fill(*c, std::int64_t{}); break;
+    case Column::Type::float32: fill(*c, 0.0f); break;
+    case Column::Type::float64: fill(*c, 0.0); break;
+  }
+  return values;
+}
+
 }  // namespace sim

@@ -5,37 +5,37 @@
 
 #include <fmt/format.h>
 
+#include "sim/blame.h"
 #include "sim/effects/gravity.h"
 
 namespace sim {
 namespace {
 
-base::Complaint complaint_of(std::int64_t frame, const Violation& v) {
-  return {.code = base::Exit::unstable, .hint = v.remedy, .message = fmt::format("frame {}: {}: {}", frame, v.law, v.what)};
-}
-
 constexpr const char* kShorterSteps = "a smaller sim.cfl or sim.sound_cfl, or fewer modes with carry \"hybrid\", may help";
 
+bool is_unstable(const base::Error& e) { return e.complaint().code == base::Exit::unstable; }
+
+/// The violation, of whatever told it: the pressure's solver knows no frame.
+Violation violation_of(const base::Error& e) {
+  if (const auto* const known = dynamic_cast<const Unstable*>(&e)) return known->violation();
+  const std::string& line = e.complaint().message;
+  const std::size_t colon = line.find(": ");
+  if (colon == std::string::npos) return {"step", line, kShorterSteps};
+  return {line.substr(0, colon), line.substr(colon + 2), "a larger sim.pressure_tolerance, or a smaller sim.cfl, may help"};
+}
+
 /// The first particle whose place or velocity is no number.
-std::string lost_particle(const Frame& f, const std::vector<std::string>& bodies) {
-  for (std::size_t p = 0; p < f.id.size(); ++p) {
-    if (f.position[p].allFinite() && f.velocity[p].allFinite()) continue;
-    const std::size_t body = f.body.empty() ? 0 : f.body[p];
-    return fmt::format("particle {} of body {} at ({:.4g}, {:.4g}, {:.4g}) m has no finite velocity", f.id[p], bodies[std::min(body, bodies.size() - 1)], f.position[p].x(), f.position[p].y(),
-                       f.position[p].z());
-  }
+std::string lost_particle(const Scene& scene, const Frame& f) {
+  for (std::size_t p = 0; p < f.id.size(); ++p)
+    if (!f.position[p].allFinite() || !f.velocity[p].allFinite()) return particle_text(scene, f, p) + ", has no finite velocity";
   return "its energy is no finite number";
 }
 
 }  // namespace
 
-Unstable::Unstable(std::int64_t frame, Violation v) : base::Error(complaint_of(frame, v)), violation_(std::move(v)) {}
-
-Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)), slow_(0.01 * scene.options.cell * fps) {
-  for (const Body& b : scene.bodies) {
-    bodies_.push_back(b.name);
+Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)), scene_(scene), frame_(1 / fps), slow_(0.01 * scene.options.cell * fps) {
+  for (const Body& b : scene.bodies)
     if (b.is_solid && b.solid.plasticity == Plasticity::snow) share_ = kShareOfSnow;
-  }
   for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.velocity.norm());
   const base::Vec3 g = gravity(scene);
   for (int a = 0; a < int(scene.options.dimension); ++a)
@@ -45,14 +45,12 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
   begin();
 }
 
-double Watch::energy() const {
-  const Totals& t = totals_;
-  return t.kinetic_energy + t.potential_energy + t.mass * uphill_ + t.elastic_energy.value_or(0);
-}
+double Watch::energy(const Totals& t) const { return t.kinetic_energy + t.potential_energy + t.mass * uphill_ + t.elastic_energy.value_or(0); }
 
 void Watch::begin() {
   memory_ = {};
-  memory_.start = memory_.least = energy();
+  memory_.start = memory_.least = energy(totals_);
+  memory_.least_at = double(state_.frame);
   memory_.particles = double(totals_.particles);
   keep();
 }
@@ -66,7 +64,7 @@ std::int64_t Watch::state_bytes() const {
 void Watch::keep() {
   std::erase_if(state_.columns, [](const Column& c) { return c.name == "watch"; });
   const Memory& m = memory_;
-  state_.columns.push_back(make_column<double>("watch", std::vector<double>{m.start, m.least, m.work, m.particles, m.retries, m.modes, m.body}, 1));
+  state_.columns.push_back(make_column<double>("watch", std::vector<double>{m.start, m.least, m.least_at, m.work, m.particles, m.retries, m.since, m.modes, m.body}, 1));
 }
 
 void Watch::restore(const State& state) {
@@ -74,70 +72,150 @@ void Watch::restore(const State& state) {
   state_ = state;
   totals_ = simulation_->totals();
   std::vector<double> m;
-  if (read_column<double>(state, "watch", 7, 1, m)) memory_ = {m[0], m[1], m[2], m[3], m[4], m[5], m[6]};
+  if (read_column<double>(state, "watch", 9, 1, m)) memory_ = {m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]};
   else begin();   // of a program that had none
 }
 
 bool Watch::advance(base::Ledger& ledger, const std::function<bool()>& interrupted) {
   const Memory before = memory_;
-  Restraint restraint{.halvings = 0, .modes = int(before.modes), .body = int(before.body)};
-  for (int again = 0;; ++again) {
+  restraint_ = {.modes = int(before.modes), .body = int(before.body)};
+  retries_ = 0;
+  const auto whole_frame = [&] {
+    simulation_->restrain(restraint_);
+    if (!simulation_->advance(ledger, interrupted)) return false;
+    const auto pass = ledger.pass("watch", state_bytes());
+    const Totals totals = simulation_->totals();
+    accept(before, checked(before, totals), totals);
+    return true;
+  };
+  try {
+    return whole_frame();
+  } catch (const base::Error& e) {
+    if (!is_unstable(e)) throw;
+    count(before, e);
+    simulation_->restore(state_);
     try {
-      simulation_->restrain(restraint);
-      if (!simulation_->advance(ledger, interrupted)) return false;
-      const auto pass = ledger.pass("watch", state_bytes());
-      totals_ = simulation_->totals();
-      totals_.retries = again;
-      check();
-      memory_.retries = before.retries + again;
-      memory_.modes = restraint.modes, memory_.body = restraint.body;
-      state_ = simulation_->state();
-      keep();
-      return true;
-    } catch (const base::Error& e) {
-      if (e.complaint().code != base::Exit::unstable) throw;
-      if (again == kMostRetries || before.retries + again >= kMostRetriesOfARun) {
-        base::Complaint told = e.complaint();
-        told.message += again > 0 ? fmt::format(", with steps {} times as short too", 1 << again) : fmt::format(", after {:.0f} frames done again", before.retries);
-        throw base::Error(std::move(told));
-      }
-      memory_ = before;
+      return again(before, ledger, interrupted);
+    } catch (const base::Error& stays) {
+      if (!is_unstable(stays)) throw;
+      count(before, stays);
       simulation_->restore(state_);
-      restraint.halvings = again + 1;
-      if (again == 0) continue;
-      const auto* const known = dynamic_cast<const Unstable*>(&e);
-      const int body = known ? known->violation().body : -1;
-      restraint.body = before.modes > 0 && restraint.body != body ? -1 : body;
-      restraint.modes = std::max(restraint.modes, again);
+      restrain_more(stays, kMostRetries, frame_);
+      try {
+        return whole_frame();
+      } catch (const base::Error& last) {
+        if (!is_unstable(last)) throw;
+        stop(before, last, fmt::format(", with all of the frame's steps {} times as short too", 1 << kMostRetries));
+      }
     }
   }
 }
 
-void Watch::check() {
-  const Totals& t = totals_;
-  const double energy = this->energy();
-  const auto violated = [&](const char* law, std::string what, const char* remedy) { throw Unstable(state_.frame + 1, {law, std::move(what), remedy, -1}); };
-  if (!std::isfinite(energy) || !std::isfinite(t.max_speed) || !t.linear_momentum.allFinite()) violated("finite", lost_particle(simulation_->frame(), bodies_), kShorterSteps);
-  memory_.particles -= double(t.left);
-  if (double(t.particles) != memory_.particles)
-    violated("mass", fmt::format("{} particles, where {:.0f} were and {} have left", t.particles, memory_.particles + double(t.left), t.left), "this is a fault of the program");
+void Watch::accept(const Memory& before, const Memory& now, const Totals& totals) {
+  memory_ = now;
+  memory_.retries = before.retries + double(retries_);
+  memory_.since = retries_ == 0 ? 0 : before.since > 0 ? before.since : double(state_.frame + 1);
+  memory_.modes = restraint_.modes, memory_.body = restraint_.body;
+  totals_ = totals;
+  totals_.retries = retries_;
+  state_ = simulation_->state();
+  keep();
+}
+
+bool Watch::again(const Memory& before, base::Ledger& ledger, const std::function<bool()>& interrupted) {
+  Memory now = before;
+  simulation_->restrain(restraint_);
+  for (double left = simulation_->begin_frame(); left > 0;) {
+    if (interrupted && interrupted()) return false;
+    const auto start = simulation_->moment();
+    for (int tries = 1;; ++tries) {
+      try {
+        const double rest = simulation_->advance_step(left, ledger);
+        const auto pass = ledger.pass("watch", state_bytes());
+        now = checked(before, simulation_->totals());
+        left = rest;
+        break;
+      } catch (const base::Error& e) {
+        if (!is_unstable(e) || tries > kMostRetries) throw;
+        count(before, e);
+        simulation_->go_back(*start);
+        restrain_more(e, tries, left);
+        simulation_->restrain(restraint_);
+      }
+    }
+    if (restraint_.halvings == 0) continue;
+    restraint_.halvings = 0, restraint_.longest = Restraint{}.longest;
+    simulation_->restrain(restraint_);
+  }
+  simulation_->end_frame(ledger);
+  accept(before, now, simulation_->totals());
+  return true;
+}
+
+void Watch::count(const Memory& before, const base::Error& e) {
+  if (before.retries + double(retries_) >= kMostRetriesOfARun) stop(before, e, fmt::format(", after going back {} times", kMostRetriesOfARun));
+  ++retries_;
+}
+
+void Watch::restrain_more(const base::Error& e, int halvings, double span) {
+  restraint_.halvings = halvings;
+  restraint_.longest = span / (1 << halvings);
+  if (halvings < 2) return;
+  const int body = violation_of(e).body;
+  restraint_.body = restraint_.modes > 0 && restraint_.body != body ? -1 : body;
+  restraint_.modes = std::max(restraint_.modes, halvings - 1);
+}
+
+void Watch::stop(const Memory& before, const base::Error& e, const std::string& tried) const {
+  Violation v = violation_of(e);
+  const std::int64_t frame = state_.frame + 1;
+  if (v.since == 0) v.since = before.since > 0 ? std::int64_t(before.since) : frame;
+  if (v.where.empty() && (v.law == "step" || v.law == "pressure" || v.law == "momentum")) {   // what stopped within a step has left no state to look at: that of the frame's start
+    simulation_->restore(state_);
+    const bool of_sound = v.what.starts_with("sound");
+    const Suspect suspect = v.law == "momentum" ? Suspect::largest_coefficient : of_sound ? Suspect::most_deformed : Suspect::fastest;
+    if (const std::string who = find_culprit(suspect, scene_, *simulation_).text; !who.empty()) v.where = "at the frame's start " + who;
+  }
+  v.what += tried;
+  throw Unstable(frame, std::move(v));
+}
+
+Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
+  Memory now = before;
+  const std::int64_t frame = state_.frame + 1;
+  const double energy = this->energy(t);
+  const auto violated = [&](const char* law, std::string what, const char* remedy) { return Violation{law, std::move(what), remedy}; };
+  const auto with_culprit = [&](Violation v, Suspect suspect, std::int64_t since) {
+    Culprit who = find_culprit(suspect, scene_, *simulation_);
+    v.where = std::move(who.text), v.since = since;
+    if (suspect != Suspect::fastest) v.body = who.body;
+    return Unstable(frame, std::move(v));
+  };
+  if (!std::isfinite(energy) || !std::isfinite(t.max_speed) || !t.linear_momentum.allFinite())
+    throw Unstable(frame, violated("finite", lost_particle(scene_, simulation_->frame()), kShorterSteps));
+  now.particles -= double(t.left);
+  if (double(t.particles) != now.particles)
+    throw Unstable(frame, violated("mass", fmt::format("{} particles, where {:.0f} were and {} have left", t.particles, before.particles, t.left), "this is a fault of the program"));
 
   const double work = t.collider_work + t.gravity_work;
-  memory_.work += work, memory_.start += std::max(work, 0.0);
-  const double free = energy - memory_.work;
-  const double had = std::max(memory_.least + memory_.work, 0.0);
+  now.work += work, now.start += std::max(work, 0.0);
+  const double free = energy - now.work;
+  const double had = std::max(now.least + now.work, 0.0);
   // What rests has no energy to compare with; what colliders push out is not in their work.
   const double noise = 0.5 * t.mass * (slow_ * slow_ + collider_speed_ * collider_speed_);
-  if (free - memory_.least > kGain * had + share_ * std::abs(memory_.start) + noise)
-    violated("energy", fmt::format("{:.4g} J (kinetic {:.4g}, potential {:.4g}{}), where {:.4g} J were left; work done so far {:.4g} J; fastest particle {:.4g} m/s", energy, t.kinetic_energy,
-                                   t.potential_energy, t.elastic_energy ? fmt::format(", elastic {:.4g}", *t.elastic_energy) : "", had, memory_.work, t.max_speed), kShorterSteps);
-  memory_.least = std::min(memory_.least, free);
+  if (free - now.least > kGain * had + share_ * std::abs(now.start) + noise)
+    throw with_culprit(violated("energy", fmt::format("{:.4g} J (kinetic {:.4g}, potential {:.4g}{}), where {:.4g} J were left; work done so far {:.4g} J", energy, t.kinetic_energy, t.potential_energy,
+                                                      t.elastic_energy ? fmt::format(", elastic {:.4g}", *t.elastic_energy) : "", had, now.work), kShorterSteps),
+                       Suspect::fastest, std::int64_t(now.least_at) + 1);
+  if (free <= now.least) now.least = free, now.least_at = double(frame);
 
-  const double fastest = std::sqrt(2 * std::abs(memory_.start) / t.mass) + slow_ + collider_speed_;
+  const double fastest = std::sqrt(2 * std::abs(now.start) / t.mass) + slow_ + collider_speed_;
   if (t.mass > 0 && t.largest_coefficient > kLargestCoefficient * fastest)
-    violated("coefficients", fmt::format("one of {:.4g} m/s, where all energy together makes {:.4g} m/s", t.largest_coefficient, fastest), "carry \"hybrid\", or fewer modes");
+    throw with_culprit(violated("coefficients", fmt::format("one of {:.4g} m/s, where all energy together makes {:.4g} m/s", t.largest_coefficient, fastest), "carry \"hybrid\", or fewer modes"),
+                       Suspect::largest_coefficient, 0);
   if (t.least_volume && !(std::abs(*t.least_volume) <= kLargestVolume && std::abs(*t.most_volume) <= kLargestVolume))
-    violated("volume", fmt::format("volume ratios from {:.4g} to {:.4g}", *t.least_volume, *t.most_volume), kShorterSteps);
+    throw with_culprit(violated("volume", fmt::format("volume ratios from {:.4g} to {:.4g}", *t.least_volume, *t.most_volume), kShorterSteps), Suspect::most_deformed, 0);
+  return now;
 }
 
 }  // namespace sim

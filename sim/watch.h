@@ -1,41 +1,25 @@
 #pragma once
 // The watch in every run: a simulation advances frame by frame, and what must hold is seen to hold. Each step compares mass and momentum on the
 // grid with the particles'; each frame its energy, by term, with what it had and was given, its particles with those it started with, its
-// coefficients and volume ratios with bounds. What breaks a law goes back to the frame's start and is done again with shorter steps and, where
-// they misbehave, fewer modes; a frame that stays wrong ends the run with exit 3, the law, the place and the cause.
+// coefficients and volume ratios with bounds. A frame that breaks a law is done again from its start, with a copy before every step and every law
+// seen to after it; the step that breaks one is done again from its start, shorter and, where they misbehave, with fewer modes. Where that does not
+// help, all of the frame is done once more with the shortest steps and the fewest modes; then the run ends with exit 3, the law, the place, the cause.
 //
-// All of it rides on sums that are there anyway: what breaks no law has the same bits with the watch and without.
+// All of it rides on sums that are there anyway: what breaks no law has the same bits with the watch and without, and holds no copies.
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "sim/simulation.h"
+#include "sim/violation.h"
 
 namespace sim {
 
-/// A law that did not hold, and where.
-struct Violation {
-  std::string law;         // "finite", "mass", "momentum", "energy", "coefficients", "volume", "motion", "step", "pressure"
-  std::string what;        // with the particle, cell, position and body where one is to blame
-  std::string remedy;      // what to change
-  int body = -1;           // number in the scene from 0; -1: not one alone
-};
-
-/// A violation in a frame, exit 3: "frame 12: energy: 3.1 J after ...".
-class Unstable : public base::Error {
- public:
-  Unstable(std::int64_t frame, Violation);
-  const Violation& violation() const { return violation_; }
-
- private:
-  Violation violation_;
-};
-
 class Watch {
  public:
-  /// How often a frame is done again: with steps half as long; a quarter, and restrained modes; an eighth, and modes dropped. And how often a run has
-  /// that done in all. Modes that were restrained stay so to the run's end.
-  static constexpr int kMostRetries = 3, kMostRetriesOfARun = 24;
+  /// How often a step is done again: half as long; a quarter, with restrained modes; an eighth, with modes dropped. And how often a run has gone back
+  /// in all, to the start of a step or of a frame. Steps are as long as ever after one that was shortened; modes that were restrained stay so.
+  static constexpr int kMostRetries = 3, kMostRetriesOfARun = 48;
   /// Energy less the work done, over its least so far, may grow by this part of what that least was, and by this part of all that there ever was.
   /// Of what breaks no law a lone particle's energy swings by .14 at steps of 0.2 of its sound, and a liquid with one particle a cell by .25.
   static constexpr double kGain = 0.1, kShare = 0.25;
@@ -65,19 +49,33 @@ class Watch {
   struct Memory {
     double start = 0;       // [J] energy at the start, and what work added to it
     double least = 0;       // [J] running minimum of energy less work
+    double least_at = 1;    // frame that it is of
     double work = 0;        // [J] done since the start
     double particles = 0;   // seeded, less those that have left
-    double retries = 0;     // frames done again
+    double retries = 0;     // times it went back
+    double since = 0;       // first of the frames without a break that it went back in; 0: the last one was well
     double modes = 0, body = -1;   // what a Restraint was left with
   };
   void begin();
-  double energy() const;    // [J] with potential energy from the lowest place in the domain, so that it is never below 0
-  void check();             // throws Unstable
+  /// [J] with potential energy from the lowest place in the domain, so that it is never below 0.
+  double energy(const Totals&) const;
+  /// What it remembers of a frame that has come so far; throws Unstable.
+  Memory checked(const Memory& before, const Totals&) const;
+  /// Stands at the frame that was reached.
+  void accept(const Memory& before, const Memory& now, const Totals&);
+  /// The frame from its start, step by step. False where it was interrupted; throws Unstable for a step that stays wrong.
+  bool again(const Memory& before, base::Ledger&, const std::function<bool()>& interrupted);
+  /// Counts another going back, or throws what it is about where there were enough.
+  void count(const Memory& before, const base::Error&);
+  /// Of steps that were `span` [s] long at most.
+  void restrain_more(const base::Error&, int halvings, double span);
+  [[noreturn]] void stop(const Memory& before, const base::Error&, const std::string& tried) const;
   void keep();
   std::int64_t state_bytes() const;
 
   std::unique_ptr<Simulation> simulation_;
-  std::vector<std::string> bodies_;
+  Scene scene_;
+  double frame_ = 0;        // [s]
   double slow_ = 0;         // [m/s] a speed that is as good as none: a hundredth of a cell a frame
   double collider_speed_ = 0;
   double share_ = kShare;
@@ -85,6 +83,8 @@ class Watch {
   State state_;
   Totals totals_;
   Memory memory_;
+  Restraint restraint_;     // of the frame at hand
+  std::int64_t retries_ = 0;   // in it
 };
 
 }  // namespace sim

@@ -112,11 +112,17 @@ def plant(copy):
         if text.count(good) != 1:
             give_up(f"fault {number}, {name}: {file} holds its line {text.count(good)} times, not once: {good}")
         texts[file] = text.replace(good, numbered(bad, number))
+    of_table = max(pathlib.Path(f).stat().st_mtime for f in (__file__, sys.argv[0]))
+
+    def write(file, text):   # as old as what it is made of, so that a second run builds nothing
+        (copy / file).write_text(text)
+        of_source = (ROOT / file).stat().st_mtime if (ROOT / file).exists() else 0
+        os.utime(copy / file, (max(of_table, of_source),) * 2)
+
     for file, text in texts.items():
-        (copy / file).write_text(text.replace("#pragma once\n", '#pragma once\n#include "sim/transfer/planted.h"\n', 1))
-        if file.endswith(".cpp"):
-            (copy / file).write_text('#include "sim/transfer/planted.h"\n' + text)
-    (copy / "sim/transfer/planted.h").write_text(HEADER)
+        include = '#include "sim/transfer/planted.h"\n'
+        write(file, include + text if file.endswith(".cpp") else text.replace("#pragma once\n", "#pragma once\n" + include, 1))
+    write("sim/transfer/planted.h", HEADER)
 
 
 def build(copy, folder):

@@ -14,6 +14,7 @@
 #include "sim/fluid/pace.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
+#include "sim/moment.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
 
@@ -64,21 +65,23 @@ class Liquid final : public Simulation {
     step_.falls(downhill(gravity_, options_));
   }
 
-  bool advance(base::Ledger& ledger, const std::function<bool()>& interrupted) override {
+  double begin_frame() override {
     step_.clear_counts();
     clear_counts();
-    for (double left = 1 / fps_; left > 0;) {
-      if (interrupted && interrupted()) return false;
-      left -= step(left, ledger);
-    }
+    return 1 / fps_;
+  }
+  double advance_step(double left, base::Ledger& ledger) override { return left - step(left, ledger); }
+  void end_frame(base::Ledger& ledger) override {
     ++frame_;
     solids_.move_to(time());
     if (options_.write.pressure) {
       const auto pass = ledger.pass("pressure", particle_bytes());
       pressure_ = step_.pressure_at(particles_);
     }
-    return true;
   }
+
+  std::unique_ptr<Moment> moment() const override { return keep_moment(changing(*this)); }
+  void go_back(const Moment& moment) override { put_back(moment, changing(*this)); }
 
   void restrain(const Restraint& restraint) override { restraint_ = restraint; }
   Frame frame() const override;
@@ -92,6 +95,13 @@ class Liquid final : public Simulation {
     double speed = 0;
     base::Vec3 momentum = base::Vec3::Zero();
   };
+  /// All that a step changes.
+  template <class Self>
+  static auto changing(Self& s) {
+    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.aim_, s.substeps_, s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_,
+                    s.collider_work_, s.gravity_work_, s.largest_cfl_);
+  }
+
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
 
   double time() const { return double(frame_ - 1) / fps_; }   // [s] of the frame
@@ -168,25 +178,20 @@ class Liquid final : public Simulation {
 
   [[noreturn]] void throw_collapse(const char* cause, double dt) const {
     throw Unstable(frame_ + 1, {"step", fmt::format("{} asks for a step of {:.3g} s, less than {:.1g} of a frame", cause, dt, kShortestStep),
-                                "raise sim.cfl or shot.fps, or take a coarser sim.cell", -1});
+                                "raise sim.cfl or shot.fps, or take a coarser sim.cell"});
   }
 
-  /// The sums over faces after P2G are those over particles: weights sum to 1, and no mode but the constant has momentum.
   void check_momentum(const Motion& particles) const {
-    constexpr double kRounding = sizeof(Real) == 4 ? 1e-4 : 1e-9;   // of sums of a million numbers and more
-    if (!std::isfinite(particles.momentum.sum())) {
+    if (!std::isfinite(particles.momentum.sum()))
       for (std::size_t p = 0; p < particles_.size(); ++p)
         if (!particles_.velocity(p).allFinite())
-          throw Unstable(frame_ + 1, {"finite", fmt::format("sort: particle {} at {} has no finite velocity", particles_.id[p], place_text(particles_.cell[p], particles_.place(p))), kSmallerSteps, -1});
-    }
-    const auto& grid = step_.scattered_sums();
-    for (int a = 0; a < D; ++a) {
-      const double count = double(particles_.size()), speed = std::max(particles.speed, 1e-30);
-      if (!(std::abs(grid.mass[a] - count) <= kRounding * count))
-        throw Unstable(frame_ + 1, {"mass", fmt::format("p2g: faces across axis {} hold the mass of {:.8g} particles, and there are {:.0f}", a, grid.mass[a], count), kFault, -1});
-      if (!(std::abs(grid.momentum[a] - particles.momentum[a]) <= kRounding * count * speed))
-        throw Unstable(frame_ + 1, {"momentum", fmt::format("p2g: along axis {} faces have {:.8g} kg m/s, particles {:.8g}", a, particles_.mass * grid.momentum[a], particles_.mass * particles.momentum[a]), kFault, -1});
-    }
+          throw Unstable(frame_ + 1, {"finite", fmt::format("sort: particle {} at {} has no finite velocity", particles_.id[p], place_text(particles_.cell[p], particles_.place(p))), kSmallerSteps});
+    const double mass = particles_.mass * double(particles_.size());
+    base::Vec3 masses = base::Vec3::Zero();
+    masses.head<D>().setConstant(mass);
+    const FaceSums& grid = step_.scattered_sums();
+    check_p2g(frame_ + 1, Places::faces, {particles_.mass * grid.mass, particles_.mass * grid.momentum}, {masses, particles_.mass * particles.momentum}, mass * std::max(particles.speed, 1e-30),
+              sizeof(Real) == 4);
   }
 
   std::string place_text(const Cell<D>& cell, const Vec<D, double>& place) const {
@@ -215,8 +220,9 @@ class Liquid final : public Simulation {
 
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
   double first_guess(double left, double speed) const {
-    const double part = 1.0 / (1 << restraint_.halvings);
-    return longest_step(std::max(speed, solids_.speed()), gravity_.norm(), part * options_.cfl * options_.cell, left);
+    const double reach = options_.cfl * options_.cell;
+    const double dt = longest_step(std::max(speed, solids_.speed()), gravity_.norm(), reach) / (1 << restraint_.halvings);
+    return cut_to(left, std::min(dt, restraint_.longest));
   }
 
   GatherRule gather_rule(double dt, double speed) const {
@@ -251,7 +257,6 @@ class Liquid final : public Simulation {
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr const char* kSmallerSteps = "a smaller sim.cfl may help";
-  static constexpr const char* kFault = "this is a fault of the program";
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
   /// Only the inside can be corrected. What the cells beside the surface have too much, or too little, it makes up for: its aim follows the
   /// volume's drift with this part of the gain, and no farther than this.

@@ -66,8 +66,10 @@ class FluidStep {
   /// What the last `scatter` left on the faces.
   const FaceSums& scattered_sums() const { return scattered_sums_; }
   const StepCounts& counts() const { return counts_; }
+  StepCounts& counts() { return counts_; }   // to go back to what they were
   /// Where the energy went since the counts were cleared; empty unless options say audit.
   const EnergyAudit& audit() const { return audit_; }
+  EnergyAudit& audit() { return audit_; }
   /// [m/s^2] gravity that the audit measures places by: only along axes that have a floor.
   void falls(const base::Vec3& down) { down_ = down; }
   void clear_counts() { counts_ = {}, audit_.clear(); }

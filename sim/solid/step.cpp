@@ -208,14 +208,19 @@ void SolidStep<D, Real>::audit_update(std::string_view stage, base::Ledger& ledg
 }
 
 template <int D, class Real>
-LostParticle SolidStep<D, Real>::lost_particle(const Groups& groups, std::size_t group, std::int64_t id) const {
-  const Particles<D, Real>& particles = groups[group].particles;
-  const auto p = std::size_t(std::find(particles.id.begin(), particles.id.end(), id) - particles.id.begin());
+std::string SolidStep<D, Real>::place_of(const Particles<D, Real>& particles, std::size_t p) const {
   base::Vec3 x = solids_.origin;
   x.template head<D>() += cell_ * particles.place(p);
   std::string cell = fmt::format("cell ({}", particles.cell[p][0]);
   for (int a = 1; a < D; ++a) cell += fmt::format(", {}", particles.cell[p][a]);
-  return {group, id, cell + fmt::format("), ({:.4g}, {:.4g}, {:.4g}) m", x.x(), x.y(), x.z())};
+  return cell + fmt::format("), ({:.4g}, {:.4g}, {:.4g}) m", x.x(), x.y(), x.z());
+}
+
+template <int D, class Real>
+LostParticle SolidStep<D, Real>::lost_particle(const Groups& groups, std::size_t group, std::int64_t id) const {
+  const Particles<D, Real>& particles = groups[group].particles;
+  const auto p = std::size_t(std::find(particles.id.begin(), particles.id.end(), id) - particles.id.begin());
+  return {group, id, place_of(particles, p)};
 }
 
 template <int D, class Real>

@@ -64,13 +64,18 @@ class SolidStep {
   /// `keep` [1] is FLIP's. Throws LostParticle for one that is not finite or crossed several cells.
   StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
 
+  /// Cell and position of a particle: "cell (3, 4), (0.31, 0.42, 0) m".
+  std::string place_of(const Particles<D, Real>&, std::size_t p) const;
+
   const ActiveBlocks<D>& blocks() const { return blocks_; }
   const NodeVelocity<D, Real>& grid() const { return grid_; }
   /// What `scatter` left on the nodes, before gravity and contact; after `update`.
   const NodeTotals& scattered() const { return scattered_; }
   const SolidCounts& counts() const { return counts_; }
+  SolidCounts& counts() { return counts_; }   // to go back to what they were
   /// Where the energy went since the counts were cleared; empty unless the scene says audit.
   const EnergyAudit& audit() const { return audit_; }
+  EnergyAudit& audit() { return audit_; }
   void clear_counts() { counts_ = {}, audit_.clear(); }
 
  private:

@@ -106,18 +106,4 @@ void edit_reals(State& state, std::string_view name, Precision precision, const 
   });
 }
 
-std::vector<double> reals(const State& state, std::string_view name) {
-  std::vector<double> values;
-  const Column* const c = state.find(name);
-  if (!c) return values;
-  if (c->type == Column::Type::float64) {
-    read_column<double>(state, name, c->rows, c->width, values);
-  } else {
-    std::vector<float> rough;
-    read_column<float>(state, name, c->rows, c->width, rough);
-    values.assign(rough.begin(), rough.end());
-  }
-  return values;
-}
-
 }  // namespace sim::verify

@@ -58,7 +58,5 @@ void edit(State& state, std::string_view name, const std::function<void(std::int
 }
 /// The same of a column of the scene's precision.
 void edit_reals(State&, std::string_view name, Precision, const std::function<void(std::int64_t row, double* values)>&);
-/// The column as doubles; empty when there is none.
-std::vector<double> reals(const State&, std::string_view name);
 
 }  // namespace sim::verify
