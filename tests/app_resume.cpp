@@ -125,7 +125,7 @@ TEST_F(Resume, NamesTheChangedKeyOfASimulation) {
   EXPECT_EQ(error.at("file"), "out/x/shot.toml");
   EXPECT_TRUE(content() == before);
   run_well({"run", "x.toml", "--set", "sim.cell=0.06", "--out", "other"});
-  run_well({"simulate", "x.toml", "--set", "shot.checkpoint_every=1", "--set", "shot.checkpoint_keep=5"});   // in no hash
+  run_well({"simulate", "x.toml", "--set", "shot.checkpoint_every=1", "--set", "shot.checkpoint_keep=5", "--set", "sim.audit=true"});   // in no hash
 }
 
 TEST_F(Resume, ASurfaceOfOtherKeysIsNotRendered) {

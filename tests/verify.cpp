@@ -29,6 +29,7 @@ TEST_F(Verify, EveryQuickCasePasses) {
     EXPECT_LE(c.at("value").get<double>(), c.at("tolerance").get<double>()) << c.at("name");
   }
   const std::string page = text_of(folder / "out/verify/report.html");
+  for (const char* part : {"At a glance", "The slowest", "polypic 0.", "threads", "energy curves and"}) EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image"), std::string::npos);
   EXPECT_EQ(page.find("http://") == std::string::npos || page.find("src=\"http") == std::string::npos, true);
@@ -62,4 +63,25 @@ TEST_F(Verify, ListsItsCases) {
   EXPECT_EQ(outcome.exit, 0);
   EXPECT_NE(outcome.out.find("spinning_disk/2d/polypic9/hybrid/double"), std::string::npos);
   EXPECT_TRUE(files().empty());
+}
+
+TEST_F(Verify, ListsItsCasesAsJson) {
+  const Outcome outcome = run({"verify", "--list", "--json", "lone_particle"});
+  EXPECT_EQ(outcome.exit, 0);
+  const Json found = Json::parse(outcome.out);
+  ASSERT_EQ(found.at("cases").size(), 4u);
+  EXPECT_EQ(found["cases"][0].at("name"), "lone_particle/pressed/2d/apic/double");
+  EXPECT_EQ(found["cases"][0].at("dimension"), 2);
+  EXPECT_TRUE(found["cases"][0].at("quick").get<bool>());
+  EXPECT_FALSE(found["cases"][0].contains("passed"));
+  EXPECT_GT(found.at("not_built").size(), 0u);
+}
+
+// Before anything runs: cases take minutes.
+TEST_F(Verify, RefusesAtOnceToWriteWhereAFileIs) {
+  write("taken", "a file\n");
+  const Outcome outcome = run({"verify", "return_mapping", "--out", "taken"});
+  EXPECT_EQ(outcome.exit, 5);
+  EXPECT_EQ(outcome.err, "polypic: taken: Not a directory\n");
+  EXPECT_EQ(outcome.out, "");
 }

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/plan/pilot.h"
 #include "app/stages/hash.h"
+#include "app/stages/machine.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
@@ -24,18 +24,11 @@ constexpr int kSchema = 1;
 /// Sizes that a pilot is scaled from and to; frames are in its content.
 constexpr std::string_view kSizes[] = {"sim.cell", "render.width", "render.height", "render.spp", "shot.frames", "shot.quality", "surface.voxel", "surface.radius"};
 
-std::string processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.starts_with("model name")) return line;
-  return {};
-}
-
 /// The program's file too: a build that was never committed is another program.
 std::string machine_and_program() {
   struct stat file{};
   ::stat("/proc/self/exe", &file);
-  return processor() + "|" + std::to_string(std::thread::hardware_concurrency()) + "|" + kVersion + "|" + kCommit + "|" + std::to_string(file.st_size) + "|" +
+  return processor_name() + "|" + std::to_string(std::thread::hardware_concurrency()) + "|" + kVersion + "|" + kCommit + "|" + std::to_string(file.st_size) + "|" +
          std::to_string(file.st_mtim.tv_sec);
 }
 

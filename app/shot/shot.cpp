@@ -161,6 +161,7 @@ Node stage_keys(const Shot& shot, const std::string& stage) {
   if (stage == "simulate") {
     keys.at("shot").at("fps") = make_node(shot.fps);
     take("sim");
+    keys.at("sim").remove("audit");   // changes no result
     keys.at("body") = entries(all, "body", "look", false);
     keys.at("collider") = entries(all, "collider", "look", false);
     take("effect");

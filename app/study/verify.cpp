@@ -107,21 +107,47 @@ std::vector<Verdict> run_cases(const std::vector<sim::VerifyCase>& cases, base::
   return all;
 }
 
-nlohmann::ordered_json verdicts_json(const std::vector<Verdict>& all) {
-  nlohmann::ordered_json cases = nlohmann::ordered_json::array(), missing = nlohmann::ordered_json::array();
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is known of a case before it runs.
+Json case_json(const sim::VerifyCase& c) {
+  return {{"name", c.name}, {"dimension", c.dimension}, {"transfer", c.transfer}, {"kernel", c.kernel}, {"integrator", c.integrator}, {"expect", c.expect}};
+}
+
+Json not_built_json() {
+  Json missing = Json::array();
+  for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({{"name", c.name}, {"needs", c.needs}, {"source", c.source}});
+  return missing;
+}
+
+}  // namespace
+
+Json verdicts_json(const std::vector<Verdict>& all) {
+  Json cases = Json::array();
   std::int64_t passed = 0;
   for (const Verdict& v : all) {
     std::string outcome = v.found.outcome;
     for (const std::string& b : v.found.broken) outcome += "; " + b;
-    nlohmann::ordered_json c = {{"name", v.what.name},     {"dimension", v.what.dimension}, {"transfer", v.what.transfer}, {"kernel", v.what.kernel},
-                                {"integrator", v.what.integrator}, {"expect", v.what.expect},       {"outcome", outcome}};
+    Json c = case_json(v.what);
+    c["outcome"] = outcome;
     if (std::isfinite(v.found.value)) c["value"] = v.found.value;
     c["tolerance"] = v.what.tolerance, c["source"] = v.what.source, c["passed"] = v.passed, c["seconds"] = v.seconds;
     cases.push_back(std::move(c));
     passed += v.passed;
   }
-  for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({{"name", c.name}, {"needs", c.needs}, {"source", c.source}});
-  return {{"schema", 1}, {"cases", cases}, {"passed", passed}, {"failed", std::int64_t(all.size()) - passed}, {"not_built", missing}};
+  return {{"schema", 1}, {"cases", cases}, {"passed", passed}, {"failed", std::int64_t(all.size()) - passed}, {"not_built", not_built_json()}};
+}
+
+Json list_json(const std::vector<sim::VerifyCase>& all) {
+  Json cases = Json::array();
+  for (const sim::VerifyCase& what : all) {
+    Json c = case_json(what);
+    c["tolerance"] = what.tolerance, c["source"] = what.source, c["quick"] = what.is_quick;
+    cases.push_back(std::move(c));
+  }
+  return {{"schema", 1}, {"cases", cases}, {"not_built", not_built_json()}};
 }
 
 std::string verdicts_text(const std::vector<Verdict>& all) {

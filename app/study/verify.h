@@ -31,9 +31,12 @@ std::vector<Verdict> run_cases(const std::vector<sim::VerifyCase>&, base::Progre
 
 /// {cases: [...], passed, failed, not_built: [...]} as docs/files.md has it.
 nlohmann::ordered_json verdicts_json(const std::vector<Verdict>&);
+/// The same of cases that nobody has run yet: {cases: [...], not_built: [...]}.
+nlohmann::ordered_json list_json(const std::vector<sim::VerifyCase>&);
 /// The same as lines for people: failures first, then counts.
 std::string verdicts_text(const std::vector<Verdict>&);
-/// One page with the table, an energy curve and a picture of every case that has one, beside the pictures in `folder`.
-void write_verify_page(const std::vector<Verdict>&, const std::filesystem::path& folder);
+/// One page: all at a glance, then the tables, an energy curve and a picture of every case that has one, beside the pictures in `folder`. `seconds` that
+/// all of it took on so many threads.
+void write_verify_page(const std::vector<Verdict>&, double seconds, int threads, const std::filesystem::path& folder);
 
 }  // namespace app

@@ -7,8 +7,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include <fmt/format.h>
+
 #include "app/shot/shot.h"
 #include "app/stages/film.h"
+#include "app/stages/hash.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/scratch_folder.h"
@@ -117,13 +120,21 @@ std::vector<Nonsense> nonsense() {
           {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n", "surface.voxel = 0.5 m: is 25 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"}};
 }
 
+struct Followed {
+  std::vector<std::uint64_t> hashes;   // of frames 2 ...
+  std::vector<double> time, energy;    // [s], [J]; the start's first
+  sim::Frame last;
+};
+
 /// Frames 2 ... `frames` of a shipped shot, coarse, on a number of threads; with `restarts`, each from a checkpoint file of the frame before.
-std::vector<std::uint64_t> hashes_of(const Shot& shot, int threads, std::int64_t frames, bool restarts) {
+Followed follow(const Shot& shot, int threads, std::int64_t frames, bool restarts) {
   tbb::task_arena arena(threads);
   return arena.execute([&] {
     const base::ScratchFolder folder;
-    std::vector<std::uint64_t> hashes;
+    Followed found;
     auto simulation = sim::make_simulation(shot.scene, shot.fps);
+    const auto see = [&](const sim::Totals& t) { found.time.push_back(t.time), found.energy.push_back(t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0)); };
+    see(simulation->totals());
     base::Ledger ledger;
     for (std::int64_t frame = 2; frame <= frames; ++frame) {
       if (restarts) {
@@ -133,9 +144,11 @@ std::vector<std::uint64_t> hashes_of(const Shot& shot, int threads, std::int64_t
         simulation->restore(sim::read_checkpoint(file).state);
       }
       simulation->advance(ledger, {});
-      hashes.push_back(simulation->totals().state_hash);
+      found.hashes.push_back(simulation->totals().state_hash);
+      see(simulation->totals());
     }
-    return hashes;
+    found.last = simulation->frame();
+    return found;
   });
 }
 
@@ -145,16 +158,17 @@ sim::VerifyCase same_bits(const fs::path& file) {
   c.run = [file] {
     const Shot shot = read_shot(file, {.quality = "draft", .sets = {}});
     constexpr std::int64_t kFrames = 4;
-    const auto alone = hashes_of(shot, 1, kFrames, false);
+    const Followed alone = follow(shot, 1, kFrames, false);
     int differ = 0;
-    differ += hashes_of(shot, 2, kFrames, false) != alone;
-    differ += hashes_of(shot, 4, kFrames, false) != alone;
-    differ += hashes_of(shot, 2, kFrames, true) != alone;
+    differ += follow(shot, 2, kFrames, false).hashes != alone.hashes;
+    differ += follow(shot, 4, kFrames, false).hashes != alone.hashes;
+    differ += follow(shot, 2, kFrames, true).hashes != alone.hashes;
     sim::CaseOutcome found;
     found.value = differ;
-    char text[120];
-    std::snprintf(text, sizeof text, "%d of 3 runs differ from that on one thread; frame %lld is %016llx", differ, static_cast<long long>(kFrames), static_cast<unsigned long long>(alone.back()));
-    found.outcome = text;
+    found.outcome = fmt::format("{} of 3 runs differ from that on one thread; frame {} is {}", differ, kFrames, hex16(alone.hashes.back()));
+    found.picture = alone.last, found.scene = shot.scene;
+    if (alone.energy.front() == 0) return found;
+    for (std::size_t f = 0; f < alone.energy.size(); ++f) found.time.push_back(alone.time[f]), found.energy.push_back(alone.energy[f] / alone.energy.front());
     return found;
   };
   return c;

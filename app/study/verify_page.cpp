@@ -1,9 +1,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "app/stages/machine.h"
 #include "app/study/page.h"
 #include "app/study/plot.h"
 #include "app/study/verify.h"
+#include "app/version.h"
 #include "base/ledger.h"
 #include "render/render.h"
 
@@ -11,6 +15,11 @@ namespace app {
 namespace {
 
 namespace fs = std::filesystem;
+
+std::string spaced(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
 
 std::string file_name(std::string name) {
   std::replace(name.begin(), name.end(), '/', '-');
@@ -47,10 +56,6 @@ Plot energy_plot(const std::string& family, const std::vector<const Verdict*>& m
   }
   return plot;
 }
-
-}  // namespace
-
-namespace {
 
 using Members = std::vector<const Verdict*>;
 
@@ -89,15 +94,48 @@ void add_tables(const std::string& family, const Members& members, Page& page) {
   }
 }
 
+/// Program, machine, counts by family and the slowest.
+void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<std::string, Members>>& families, double seconds, int threads, Page& page) {
+  std::size_t passed = 0, curves = 0, pictures = 0;
+  double sum = 0;
+  std::vector<const Verdict*> slowest;
+  for (const Verdict& v : all) {
+    passed += v.passed, curves += v.found.energy.size() > 1, pictures += v.found.picture.has_value(), sum += v.seconds;
+    slowest.push_back(&v);
+  }
+  page.subtitle(fmt::format("{} cases: {} pass, {} fail; {} more need what is not built", all.size(), passed, all.size() - passed, sim::cases_not_built().size()));
+  page.facts({{"program", std::string("polypic ") + kVersion + (*kCommit ? std::string(" (") + kCommit + ")" : "")},
+              {"machine", fmt::format("{}, {} threads", processor_name().empty() ? "unknown processor" : processor_name(), threads)},
+              {"time", fmt::format("{:.0f} s; {:.0f} s of all cases, several at a time", seconds, sum)},
+              {"shown", fmt::format("{} energy curves and {} pictures; the other cases simulate nothing, or nothing that has energy", curves, pictures)}});
+  std::vector<std::vector<Cell>> rows;
+  for (const auto& [name, members] : families) {
+    std::int64_t good = 0, flat = 0;
+    double time = 0;
+    for (const Verdict* v : members) good += v->passed, flat += v->what.dimension == 2, time += v->seconds;
+    const auto count = std::int64_t(members.size());
+    Cell failed(fmt::format("{}", count - good), double(count - good));
+    failed.strong = good < count;
+    rows.push_back({spaced(name), Cell(std::to_string(count), double(count)), Cell(std::to_string(flat), double(flat)), Cell(std::to_string(count - flat), double(count - flat)), Cell(std::to_string(good), double(good)),
+                    failed, Cell(fmt::format("{:.1f}", time), time), members.front()->what.source});
+  }
+  page.heading("At a glance");
+  page.table({"cases of", "count", "2-D", "3-D", "pass", "fail", "seconds", "source"}, rows);
+  std::stable_sort(slowest.begin(), slowest.end(), [](const Verdict* a, const Verdict* b) { return a->seconds > b->seconds; });
+  slowest.resize(std::min<std::size_t>(slowest.size(), 10));
+  rows.clear();
+  for (const Verdict* v : slowest) rows.push_back({v->what.name, Cell(fmt::format("{:.1f}", v->seconds), v->seconds)});
+  page.heading("The slowest");
+  page.table({"case", "seconds"}, rows);
+}
+
 }  // namespace
 
-void write_verify_page(const std::vector<Verdict>& all, const fs::path& folder) {
+void write_verify_page(const std::vector<Verdict>& all, double seconds, int threads, const fs::path& folder) {
   fs::create_directories(folder / "pictures");
   Page page("Hard cases");
-  std::int64_t passed = 0;
-  for (const Verdict& v : all) passed += v.passed;
-  page.subtitle(std::to_string(all.size()) + " cases, " + std::to_string(passed) + " pass; " + std::to_string(sim::cases_not_built().size()) + " more need what is not built");
   const auto families = families_of(all);
+  add_overview(all, families, seconds, threads, page);
   std::vector<Plot> plots;   // at most six curves each
   std::vector<std::size_t> plots_of;
   for (const auto& [name, members] : families) {
@@ -113,9 +151,7 @@ void write_verify_page(const std::vector<Verdict>& all, const fs::path& folder) 
   const std::vector<std::string> drawn = plots.empty() ? std::vector<std::string>{} : svg_of(plots);
   for (std::size_t f = 0; f < families.size(); ++f) {
     const auto& [name, members] = families[f];
-    std::string title = name;
-    std::replace(title.begin(), title.end(), '_', ' ');
-    page.heading(title);
+    page.heading(spaced(name));
     add_tables(name, members, page);
     for (std::size_t k = plots_of[f]; k < plots_of[f + 1]; ++k) page.figure_of(drawn[k]);
     std::vector<fs::path> pictures;

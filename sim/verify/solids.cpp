@@ -187,6 +187,45 @@ VerifyCase hardening(int dimension, const Scheme& scheme, double packed) {
   return c;
 }
 
+/// A beam four cells thick and sixteen long sticks to a wall, and is let go under its weight: its tip swings to twice where it would come to rest, which is
+/// q L^4 / (8 E' I) for bending and q L^2 / (2 k G A) for shear [Timoshenko21].
+VerifyCase beam(int dimension, const Scheme& scheme, double poisson) {
+  VerifyCase c = solid_case(say("beam/poisson_%g", poisson), dimension, scheme);
+  c.expect = "half of where the tip swings to, off from the deflection of a Timoshenko beam";
+  c.tolerance = 0.05;
+  c.source = "case 10";
+  c.run = [=] {
+    const double h = 0.05, length = 0.8, thick = 0.2, g = 9.81;
+    Scene scene = walled_scene(dimension, 1, h);
+    apply(scheme, scene.options);
+    scene.options.boundary[0][0] = Side::sticky;
+    scene.options.seeding = Seeding::regular;
+    scene.options.domain.upper = dimension == 2 ? base::Vec3(1, 0.6, 0) : base::Vec3(1, 0.6, 0.6);
+    Material rubber = kJelly;
+    rubber.young = 7e6, rubber.poisson = poisson, rubber.volume_averaging = true;
+    scene.bodies = {block(corner(dimension, 0, 0.2), corner(dimension, length, 0.2 + thick), rubber)};
+    add_gravity(scene, g);
+    const int up = dimension - 1;
+    const Frame rest = make_simulation(scene, 24)->frame();
+    const auto tip = [&](const Frame& f) {   // how far the last cell's particles have come down
+      double sum = 0;
+      int count = 0;
+      for (std::size_t p = 0; p < f.position.size(); ++p)
+        if (rest.position[p].x() > length - h) sum += double(rest.position[p][up]) - double(f.position[p][up]), ++count;
+      return sum / count;
+    };
+    double farthest = 0;
+    const Course course = follow(scene, {.fps = 500, .frames = 60, .see = [&](const Simulation& s) { farthest = std::max(farthest, tip(s.frame())); }});
+    const double young = dimension == 2 ? rubber.young / (1 - poisson * poisson) : rubber.young, shear = rubber.young / (2 * (1 + poisson));   // a plane is a slab that cannot widen
+    const double weight = rubber.density * g, at = length - h / 2, slender = length / thick;
+    const double bends = 1.5 * weight * slender * slender / young, shears = weight / (2 * shear * 10 * (1 + poisson) / (12 + 11 * poisson));
+    const double share = at / length, shape = (share * share * share * share - 4 * share * share * share + 6 * share * share) / 3;   // of the tip's bending, where it is looked at
+    const double expected = bends * length * length * shape + shears * length * length * (2 * share - share * share);
+    return report(course, std::abs(farthest / 2 / expected - 1), say("tip at %.4f of the deflection that a beam has, after %lld steps", farthest / 2 / expected, static_cast<long long>(course.sum(&Totals::substeps))));
+  };
+  return c;
+}
+
 /// A soft ball on a block a million times as stiff.
 VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
   VerifyCase c = solid_case("stiffness_ratio_1e6", dimension, scheme);
@@ -284,6 +323,8 @@ void add_solid_cases(std::vector<VerifyCase>& all) {
   all.push_back(hardening(2, rough, 0.3));
   all.push_back(hardening(3, rough_full, 1));
   all.push_back(hardening(3, full, 0.3));
+  all.push_back(beam(2, full, 0.499));
+  all.push_back(beam(3, rough_full, 0.499));
   all.push_back(stiffness_ratio(2, full));
   all.push_back(stiffness_ratio(3, rough));
   all.push_back(shaken_sand(2, exact));
