@@ -15,9 +15,9 @@ import sys
 
 import transfer_faults as faults
 
-GATHER, SOLIDS, PRESSURE, DISTANCE, COMPONENTS, STEP, LIQUID, WATCH, SAND, SNOW, SOLID_STEP = (
+GATHER, SOLIDS, PRESSURE, DISTANCE, COMPONENTS, STEP, LIQUID, WATCH, SAND, SNOW, SOLID_STEP, SEEDING = (
     f"sim/{name}" for name in "solid/gather.cpp colliders/solids.cpp fluid/pressure.cpp fluid/surface_distance.h fluid/multigrid_components.cpp fluid/step.cpp "
-    "fluid/liquid.cpp watch.cpp solid/drucker_prager.h solid/snow.h solid/step.cpp".split())
+    "fluid/liquid.cpp watch.cpp solid/drucker_prager.h solid/snow.h solid/step.cpp solid/seeding.cpp".split())
 
 # What is off, where, the text as it is and without the cure (@ is true where it is off), and the cases that must notice.
 FAULTS = [
@@ -36,12 +36,12 @@ FAULTS = [
     ("the end of a collapse of steps", LIQUID, "if (dt < left && dt < kShortestStep / fps_)", "if (!@ && dt < left && dt < kShortestStep / fps_)", "step_collapses/fast_liquid"),
     ("the energy that the watch sees", WATCH, "if (free - now.least >", "if (!@ && free - now.least >", "spinning_disk/2d/polypic9/fixed"),
     ("particles kept out of colliders", SOLIDS, "if (depth <= 0) continue;", "if (@ || depth <= 0) continue;", "overlapping_at_start closing_colliders"),
-    ("particles kept inside walls", SOLIDS, "if (above > 0 && !open[axis][1])", "if (!@ && above > 0 && !open[axis][1])", "on_the_domains_edge"),
+    ("particles kept inside walls", SOLIDS, "if (above > 0 && !open[axis][1])", "if (!@ && above > 0 && !open[axis][1])", "into_a_wall"),
     ("who leaves is counted", STEP, "counts_.left += left;", "counts_.left += @ ? 0 : left;", "emptied_half_way"),
     ("closed faces stand still", PRESSURE, "v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);", "v[a][i] = @ ? v[a][i] : moves ? Real(cells.open.pushed(a, i)) : Real(0);", "full_box"),
     ("the imbalance is told", STEP, "report.imbalance / options_.cell);\n  solid", "(@ ? 0.0 : report.imbalance) / options_.cell);\n  solid", "piston_into_a_full_box"),
     ("the volume correction", LIQUID, "if (options_.volume_correction > 0 && substeps_", "if (!@ && options_.volume_correction > 0 && substeps_", "blocks_fall_into_a_pool"),
-    ("changes of volume averaged against locking", GATHER, "if (group.averages) average_volume", "if (!@ && group.averages) average_volume", "beam"),
+    ("changes of volume averaged against locking", SEEDING, "group.averages = body.solid.volume_averaging;", "group.averages = !@ && body.solid.volume_averaging;", "beam"),
 ]
 
 

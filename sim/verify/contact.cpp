@@ -163,6 +163,30 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
   return c;
 }
 
+/// A block thrown at a wall with three cells a step, moved by a rule of third order: where the flow stops within a cell that goes beyond the wall.
+VerifyCase into_a_wall(int dimension, const Scheme& scheme) {
+  VerifyCase c = contact_case("into_a_wall", dimension, scheme, false);
+  c.expect = "kept inside (value: particles that are not)";
+  c.tolerance = 0;
+  c.source = "case 2";
+  c.run = [=] {
+    const double h = 0.05;
+    Scene scene = tank(dimension, h, dimension == 2 ? base::Vec3(0.5, 0.1, 0) : base::Vec3(0.5, 0, 0.1), dimension == 2 ? base::Vec3(0.8, 0.4, 0) : base::Vec3(0.8, 0.2, 0.4));
+    apply(scheme, scene.options);
+    scene.options.cfl = 3, scene.options.advection = Advection::rk3;
+    scene.bodies[0].velocity = {15, 0, 0};
+    const Course course = follow(scene, {.fps = 100, .frames = 12});
+    std::int64_t left = 0;
+    for (const Totals& t : course.totals) left += t.left;
+    const std::int64_t outside = count(course.simulation->frame(), [&](const base::Vec3& x) { return x.x() > scene.options.domain.upper.x() + 1e-6; });
+    const std::int64_t pushed = course.sum(&Totals::pushed_out);
+    CaseOutcome found = report(course, double(outside + left), say("%lld particles, %lld pushed back", static_cast<long long>(course.start().particles), static_cast<long long>(pushed)));
+    if (pushed == 0) found.broken.push_back("nothing came to the wall");
+    return found;
+  };
+  return c;
+}
+
 }  // namespace
 
 void add_contact_cases(std::vector<VerifyCase>& all) {
@@ -184,6 +208,8 @@ void add_contact_cases(std::vector<VerifyCase>& all) {
   all.push_back(overlapping(3, linear, false));
   all.push_back(overlapping(2, rough, true));
   all.push_back(overlapping(3, full, true));
+  all.push_back(into_a_wall(2, linear));
+  all.push_back(into_a_wall(3, rough));
   all.push_back(domain_edge(2, linear, false, Side::slip));
   all.push_back(domain_edge(2, full, false, Side::open));
   all.push_back(domain_edge(3, {flip, 0, kQuadratic}, false, Side::open));

@@ -74,10 +74,13 @@ CaseOutcome report(const Course& course, double value, std::string outcome) {
   if (!course.stopped.empty()) found.broken.push_back("stopped: " + course.stopped);
   if (const std::int64_t retries = course.sum(&Totals::retries); retries > 0) found.outcome += say("; %lld frames done again", static_cast<long long>(retries));
   if (!course.is_finite) found.broken.push_back("numbers that are not finite");
+  const auto& sides = course.scene.options.boundary;
+  const bool is_open = std::any_of(sides.begin(), sides.end(), [](const auto& s) { return s[0] == Side::open || s[1] == Side::open; });
   std::int64_t left = 0;
   for (const Totals& t : course.totals) {
     left += t.left;
     if (t.particles + left != course.start().particles) found.broken.push_back(say("%lld particles lost", static_cast<long long>(course.start().particles - left - t.particles)));
+    if (t.left > 0 && !is_open) found.broken.push_back(say("%lld particles left through a wall", static_cast<long long>(t.left)));
     if (course.energy(0) == 0) continue;
     found.time.push_back(t.time);
     found.energy.push_back(energy_of(t) / course.energy(0));
