@@ -120,7 +120,7 @@ void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<s
                     failed, Cell(fmt::format("{:.1f}", time), time), members.front()->what.source});
   }
   page.heading("At a glance");
-  page.table({"cases of", "count", "2-D", "3-D", "pass", "fail", "seconds", "source"}, rows);
+  page.table({"cases of", "count", "2d", "3d", "pass", "fail", "seconds", "source"}, rows);
   std::stable_sort(slowest.begin(), slowest.end(), [](const Verdict* a, const Verdict* b) { return a->seconds > b->seconds; });
   slowest.resize(std::min<std::size_t>(slowest.size(), 10));
   rows.clear();
