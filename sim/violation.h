@@ -18,7 +18,8 @@ struct Violation {
   std::int64_t since = 0;  // first frame that was not well any more; 0: not known
 };
 
-/// A violation in a frame, exit 3: "frame 12: energy: 3.1 J where 2 J were left; the fastest is particle 7 of body left, cell (3, 4), (0.31, 0.42, 0) m;
+/// A violation in a frame, exit 3: "frame 12: energy: 3.1 J where 2 J were left; the fastest is particle 7 of body left, cell (3, 4), (0.31, 0.42, 0)
+/// m;
 /// well up to frame 8".
 class Unstable : public base::Error {
  public:

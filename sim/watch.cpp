@@ -33,7 +33,8 @@ std::string lost_particle(const Scene& scene, const Frame& f) {
 
 }  // namespace
 
-Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)), scene_(scene), frame_(1 / fps), slow_(0.01 * scene.options.cell * fps) {
+Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)), scene_(scene),
+    frame_(1 / fps), slow_(0.01 * scene.options.cell * fps) {
   for (const Body& b : scene.bodies)
     if (b.is_solid && b.solid.plasticity == Plasticity::snow) share_ = kShareOfSnow;
   for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.velocity.norm());
@@ -64,7 +65,8 @@ std::int64_t Watch::state_bytes() const {
 void Watch::keep() {
   std::erase_if(state_.columns, [](const Column& c) { return c.name == "watch"; });
   const Memory& m = memory_;
-  state_.columns.push_back(make_column<double>("watch", std::vector<double>{m.start, m.least, m.least_at, m.work, m.particles, m.retries, m.since, m.modes, m.body}, 1));
+  state_.columns.push_back(make_column<double>("watch", std::vector<double>{m.start, m.least, m.least_at, m.work, m.particles, m.retries, m.since,
+                                                                            m.modes, m.body}, 1));
 }
 
 void Watch::restore(const State& state) {
@@ -170,7 +172,8 @@ void Watch::stop(const Memory& before, const base::Error& e, const std::string& 
   Violation v = violation_of(e);
   const std::int64_t frame = state_.frame + 1;
   if (v.since == 0) v.since = before.since > 0 ? std::int64_t(before.since) : frame;
-  if (v.where.empty() && (v.law == "step" || v.law == "pressure" || v.law == "momentum")) {   // what stopped within a step has left no state to look at: that of the frame's start
+  // what stopped within a step has left no state to look at: that of the frame's start
+  if (v.where.empty() && (v.law == "step" || v.law == "pressure" || v.law == "momentum")) {
     simulation_->restore(state_);
     const bool of_sound = v.what.starts_with("sound");
     const Suspect suspect = v.law == "momentum" ? Suspect::largest_coefficient : of_sound ? Suspect::most_deformed : Suspect::fastest;
@@ -195,7 +198,8 @@ Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
     throw Unstable(frame, violated("finite", lost_particle(scene_, simulation_->frame()), kShorterSteps));
   now.particles -= double(t.left);
   if (double(t.particles) != now.particles)
-    throw Unstable(frame, violated("mass", fmt::format("{} particles, where {:.0f} were and {} have left", t.particles, before.particles, t.left), "this is a fault of the program"));
+    throw Unstable(frame, violated("mass", fmt::format("{} particles, where {:.0f} were and {} have left", t.particles, before.particles, t.left),
+                                   "this is a fault of the program"));
 
   const double work = t.collider_work + t.gravity_work;
   now.work += work, now.start += std::max(work, 0.0);
@@ -203,18 +207,22 @@ Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
   const double had = std::max(now.least + now.work, 0.0);
   // What rests has no energy to compare with; what colliders push out is not in their work.
   const double noise = 0.5 * t.mass * (slow_ * slow_ + collider_speed_ * collider_speed_);
-  if (free - now.least > kGain * had + share_ * std::abs(now.start) + noise)
-    throw with_culprit(violated("energy", fmt::format("{:.4g} J (kinetic {:.4g}, potential {:.4g}{}), where {:.4g} J were left; work done so far {:.4g} J", energy, t.kinetic_energy, t.potential_energy,
-                                                      t.elastic_energy ? fmt::format(", elastic {:.4g}", *t.elastic_energy) : "", had, now.work), kShorterSteps),
-                       Suspect::fastest, std::int64_t(now.least_at) + 1);
+  if (free - now.least > kGain * had + share_ * std::abs(now.start) + noise) {
+    const std::string elastic = t.elastic_energy ? fmt::format(", elastic {:.4g}", *t.elastic_energy) : "";
+    std::string what = fmt::format("{:.4g} J (kinetic {:.4g}, potential {:.4g}{}), where {:.4g} J were left; work done so far {:.4g} J", energy,
+                                   t.kinetic_energy, t.potential_energy, elastic, had, now.work);
+    throw with_culprit(violated("energy", std::move(what), kShorterSteps), Suspect::fastest, std::int64_t(now.least_at) + 1);
+  }
   if (free <= now.least) now.least = free, now.least_at = double(frame);
 
   const double fastest = std::sqrt(2 * std::abs(now.start) / t.mass) + slow_ + collider_speed_;
   if (t.mass > 0 && t.largest_coefficient > kLargestCoefficient * fastest)
-    throw with_culprit(violated("coefficients", fmt::format("one of {:.4g} m/s, where all energy together makes {:.4g} m/s", t.largest_coefficient, fastest), "carry \"hybrid\", or fewer modes"),
+    throw with_culprit(violated("coefficients", fmt::format("one of {:.4g} m/s, where all energy together makes {:.4g} m/s", t.largest_coefficient,
+                                                            fastest), "carry \"hybrid\", or fewer modes"),
                        Suspect::largest_coefficient, 0);
   if (t.least_volume && !(std::abs(*t.least_volume) <= kLargestVolume && std::abs(*t.most_volume) <= kLargestVolume))
-    throw with_culprit(violated("volume", fmt::format("volume ratios from {:.4g} to {:.4g}", *t.least_volume, *t.most_volume), kShorterSteps), Suspect::most_deformed, 0);
+    throw with_culprit(violated("volume", fmt::format("volume ratios from {:.4g} to {:.4g}", *t.least_volume, *t.most_volume), kShorterSteps),
+                       Suspect::most_deformed, 0);
   return now;
 }
 

@@ -3,7 +3,8 @@
 // grid with the particles'; each frame its energy, by term, with what it had and was given, its particles with those it started with, its
 // coefficients and volume ratios with bounds. A frame that breaks a law is done again from its start, with a copy before every step and every law
 // seen to after it; the step that breaks one is done again from its start, shorter and, where they misbehave, with fewer modes. Where that does not
-// help, all of the frame is done once more with the shortest steps and the fewest modes; then the run ends with exit 3, the law, the place, the cause.
+// help, all of the frame is done once more with the shortest steps and the fewest modes; then the run ends with exit 3, the law, the place, the
+// cause.
 //
 // All of it rides on sums that are there anyway: what breaks no law has the same bits with the watch and without, and holds no copies.
 #include <functional>

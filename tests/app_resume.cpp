@@ -1,5 +1,6 @@
 // A run one can trust: what is damaged, killed, full, changed or shared ends as the run that nothing happened to.
 #include <map>
+#include <regex>
 
 #include "film_test.h"
 
@@ -126,6 +127,27 @@ TEST_F(Resume, NamesTheChangedKeyOfASimulation) {
   EXPECT_TRUE(content() == before);
   run_well({"run", "x.toml", "--set", "sim.cell=0.06", "--out", "other"});
   run_well({"simulate", "x.toml", "--set", "shot.checkpoint_every=1", "--set", "shot.checkpoint_keep=5", "--set", "sim.audit=true"});   // in no hash
+}
+
+// More than 1500 cells of liquid are solved by iterations, and none gets as far as 1e-30: the column has more when it has broken.
+TEST_F(Resume, ARunThatStopsSaysWhereSinceWhenAndWhichStateIsGood) {
+  write("stops.toml", "[sim]\ndimension = 2\ndomain = [[0, 0], [2, 1]]\ncell = 0.02\npressure_tolerance = 1e-30\n[[body]]\nname = \"column\"\nshape = { box = [[0, 0], [0.7, 0.8]] }\n"
+                      "[[effect]]\nkind = \"gravity\"\n");
+  const Outcome stopped = run({"simulate", "stops.toml", "--frames", "1-20"});
+  EXPECT_EQ(stopped.exit, 3);
+  std::smatch found;
+  const std::regex sentence("polypic: frame (\\d+): pressure: \\d+ unknowns, residual [0-9.e-]+ after \\d+ iterations, asked 1e-30, with all of the frame's steps 8 times as short too; at the "
+                            "frame's start the fastest is particle \\d+ of body column, cell \\(\\d+, \\d+\\), \\([0-9.e-]+, [0-9.e-]+, 0\\) m, [0-9.]+ m/s; well up to frame (\\d+) "
+                            "\\(a larger sim.pressure_tolerance, or a smaller sim.cfl, may help; the last whole frame's state is in out/stops/checkpoint/state.(\\d+).h5, and good\\)\n");
+  ASSERT_TRUE(std::regex_match(stopped.err, found, sentence)) << stopped.err;
+  const int frame = std::stoi(found[1]);
+  EXPECT_GT(frame, 2);
+  EXPECT_EQ(std::stoi(found[2]), frame - 1);
+  EXPECT_EQ(std::stoi(found[3]), frame - 1);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/stops/checkpoint" / ("state." + found[3].str() + ".h5")));
+  const Outcome at_once = run({"simulate", "stops.toml", "--set", "body.column.shape={box=[[0,0],[1,0.8]]}", "--out", "other"});
+  EXPECT_EQ(at_once.exit, 3);
+  EXPECT_NE(at_once.err.find("; frame 1 is the start: there is no other state to go on from)"), std::string::npos) << at_once.err;
 }
 
 TEST_F(Resume, ASurfaceOfOtherKeysIsNotRendered) {

@@ -57,8 +57,8 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
     {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
     {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},
     {"[[body]]\nname = \"b\"\n", "x.toml:4:1: body.b.shape: a body needs a shape"},
-    {"[[body]]\nname = \"b\"\nshape = { box = [[0, 0, 0], [0.1, 0.1, 0.1]], axis = [1, 0, 0] }\n", "x.toml:6:49: body.b.shape.axis = [1, 0, 0] 1: turns nothing without an angle"},
-    {"[[body]]\nname = \"b\"\nshape = { box = [[0, 0, 0], [0.1, 0.1, 0.1]], angle = 9, axis = [0, 0, 0] }\n", "x.toml:6:60: body.b.shape.axis = [0, 0, 0] 1: must not be zero"},
+    {"[[body]]\nname = \"b\"\nshape = { box = [[0, 0, 0], [0.1, 0.1, 0.1]], axis = [1, 0, 0] }\n", "x.toml:6:54: body.b.shape.axis = [1, 0, 0]: turns nothing without an angle"},
+    {"[[body]]\nname = \"b\"\nshape = { box = [[0, 0, 0], [0.1, 0.1, 0.1]], angle = 9, axis = [0, 0, 0] }\n", "x.toml:6:65: body.b.shape.axis = [0, 0, 0]: must not be zero"},
     {"look = \"jam\"\n", "x.toml:4:8: body.column.look = \"jam\": there is no such look; there are clay, dry_sand, glass, ground, jelly, lamp, plaster, rubber, "
      "sand, slate, snow, steel, water, water_mpm, wax, wet_sand"},
     {"[collider]\nname = \"post\"\n", "x.toml:4:1: collider = { name = \"post\" }: must be tables, each under [[collider]]"},

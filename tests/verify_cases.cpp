@@ -27,12 +27,15 @@ TEST(VerifyCases, CoverThePairsOfWhatAFluidCanBe) {
   std::set<std::pair<std::string, std::string>> pairs;
   for (const VerifyCase& c : verify_cases()) {
     if (!c.name.starts_with("dam_break/")) continue;
-    const bool is_single = c.name.ends_with("single"), all = c.transfer == (c.kernel == "linear" ? (c.dimension == 2 ? "polypic4" : "polypic8") : (c.dimension == 2 ? "polypic9" : "polypic27"));
+    const bool is_single = c.name.ends_with("single"), all = c.transfer == (c.kernel == "linear" ? (c.dimension == 2 ? "polypic4" : "polypic8")
+                                                                            : (c.dimension == 2 ? "polypic9" : "polypic27"));
     for (const std::string& transfer : {c.transfer, all ? std::string("full") : c.transfer})
-      for (const std::string& other : {c.kernel, c.integrator, std::string(is_single ? "single" : "double"), std::to_string(c.dimension)}) pairs.insert({transfer, other});
+      for (const std::string& other : {c.kernel, c.integrator, std::string(is_single ? "single" : "double"),
+                                       std::to_string(c.dimension)}) pairs.insert({transfer, other});
   }
   for (const char* transfer : {"pic", "flip", "apic", "full"})
-    for (const char* other : {"linear", "quadratic", "lie", "reflection", "single", "double", "2", "3"}) EXPECT_TRUE(pairs.contains({transfer, other})) << transfer << " " << other;
+    for (const char* other : {"linear", "quadratic", "lie", "reflection", "single", "double", "2",
+                              "3"}) EXPECT_TRUE(pairs.contains({transfer, other})) << transfer << " " << other;
 }
 
 TEST(VerifyCases, ThatAreChosenPass) {

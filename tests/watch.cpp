@@ -9,7 +9,6 @@
 #include "sim/blame.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
-#include "sim/moment.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
 #include "sim/verify/follow.h"
@@ -92,8 +91,10 @@ TEST(Watch, GoesBackToTheFramesStartAndCountsIt) {
 }
 
 TEST(Watch, NamesTheParticleThatIsNotFinite) {
-  const std::string solid = stopped_for_good(jelly(), with_coefficient(7, 0, kNone)), liquid = stopped_for_good(water(), with_coefficient(7, 0, kNone));
-  EXPECT_TRUE(says(solid, "frame 2: finite: p2g: particle 7 of body left, cell (") && says(solid, "m, has no finite velocity, with all of the frame's steps 8 times as short too")) << solid;
+  const std::string solid = stopped_for_good(jelly(), with_coefficient(7, 0, kNone));
+  const std::string liquid = stopped_for_good(water(), with_coefficient(7, 0, kNone));
+  EXPECT_TRUE(says(solid, "frame 2: finite: p2g: particle 7 of body left, cell (")) << solid;
+  EXPECT_TRUE(says(solid, "m, has no finite velocity, with all of the frame's steps 8 times as short too; well up to frame 1 (")) << solid;
   EXPECT_TRUE(says(liquid, "frame 2: finite: sort: particle 7 at cell (")) << liquid;
 }
 
@@ -125,7 +126,8 @@ std::string compared_after(const std::function<void(std::vector<Group<2, double>
     }
   EXPECT_GT(particles.mass.x(), 100);
   try {
-    check_p2g(2, Places::nodes, {base::Vec3(step.scattered().mass, step.scattered().mass, 0), step.scattered().momentum}, particles, particles.mass.x(), /*single_precision=*/false);
+    check_p2g(2, Places::nodes, {base::Vec3(step.scattered().mass, step.scattered().mass, 0), step.scattered().momentum}, particles,
+              particles.mass.x(), /*single_precision=*/false);
   } catch (const Unstable& e) {
     return e.what();
   }
@@ -136,7 +138,8 @@ std::string compared_after(const std::function<void(std::vector<Group<2, double>
 
 TEST(Watch, SeesParticlesThatDisappearAndMomentumThatComesOfNothing) {
   EXPECT_EQ(compared_after([](auto&) {}), "");
-  const std::string mass = compared_after([](auto& groups) { groups[1].particles.cell.pop_back(), groups[1].particles.offset.pop_back(), groups[1].particles.id.pop_back(); });
+  const std::string mass = compared_after([](auto& groups) { groups[1].particles.cell.pop_back(), groups[1].particles.offset.pop_back(),
+                                                            groups[1].particles.id.pop_back(); });
   EXPECT_TRUE(says(mass, "frame 2: mass: p2g: nodes hold ")) << mass;
   const std::string momentum = compared_after([](auto& groups) { groups[1].particles.component(3, 1)[0] += 1e-3; });
   EXPECT_TRUE(says(momentum, "frame 2: momentum: p2g: nodes have ") && says(momentum, "along y")) << momentum;
@@ -144,8 +147,11 @@ TEST(Watch, SeesParticlesThatDisappearAndMomentumThatComesOfNothing) {
 
 // The same as a run meets them: stress so large that what is left of its sum, which should be 0, is more than the bodies have.
 TEST(Watch, StopsForMomentumThatStressMakes) {
-  const std::string line = stopped_for_good(jelly(), [](State& s) { edit_reals(s, "stress", kSingle, [](std::int64_t r, double* v) { if (r == 11) v[0] = v[2] = 1e22; }); });
-  EXPECT_TRUE(says(line, "frame 2: momentum: p2g: nodes have ") && says(line, "; at the frame's start the largest is of particle ") && says(line, "; well up to frame 1 (carry ")) << line;
+  const std::string line = stopped_for_good(jelly(), [](State& s) { edit_reals(s, "stress", kSingle,
+                                                                               [](std::int64_t r, double* v) { if (r == 11) v[0] = v[2] = 1e22; });
+  });
+  EXPECT_TRUE(says(line, "frame 2: momentum: p2g: nodes have ") && says(line, "; at the frame's start the largest is of particle ") &&
+              says(line, "; well up to frame 1 (carry ")) << line;
 }
 
 TEST(Watch, StopsForMomentumThatModesOfALiquidMake) {
@@ -160,7 +166,8 @@ TEST(Watch, NamesAPressureThatDoesNotConverge) {
   scene.options.cell = 0.005;   // so many cells that iterations solve it
   scene.options.pressure_tolerance = 1e-30;
   const std::string line = stopped_for_good(scene, [](State&) {});
-  EXPECT_TRUE(says(line, "frame 2: pressure: ") && says(line, "iterations, asked 1e-30") && says(line, "; well up to frame 1 (a larger sim.pressure_tolerance")) << line;
+  EXPECT_TRUE(says(line, "frame 2: pressure: ") && says(line, "iterations, asked 1e-30") &&
+              says(line, "; well up to frame 1 (a larger sim.pressure_tolerance")) << line;
 }
 
 TEST(Watch, MeasuresWhatParticlesTakeBack) {
@@ -217,165 +224,6 @@ TEST(Watch, SeesEnergyThatNobodyGave) {
     FAIL() << "it went on";
   } catch (const base::Error& e) {
     EXPECT_TRUE(says(e.what(), "frame 3: energy: ") && says(e.what(), "elastic ")) << e.what();
-  }
-}
-
-namespace {
-
-/// A simulation of four steps a frame, whose totals are what it is told; who goes back gets what they were.
-class Told final : public Simulation {
- public:
-  struct Step {
-    std::int64_t frame;
-    double left;          // [1] of the frame, before it
-    Restraint restraint;
-  };
-  Totals now;
-  std::vector<Step> steps;   // all that were begun
-  std::function<void(Totals&, const Step&)> change = [](Totals&, const Step&) {};
-
-  double begin_frame() override { return 1; }
-  double advance_step(double left, base::Ledger&) override {
-    steps.push_back({frame_ + 1, left, restraint_});
-    change(now, steps.back());
-    return left - 0.25 / (1 << restraint_.halvings);
-  }
-  void end_frame(base::Ledger&) override { ++frame_; }
-  std::unique_ptr<Moment> moment() const override { return keep_moment(std::tie(now)); }
-  void go_back(const Moment& m) override { put_back(m, std::tie(now)); }
-  void restrain(const Restraint& r) override { restraint_ = r; }
-  Frame frame() const override { return {}; }
-  Totals totals() const override { return now; }
-  State state() const override { return {.frame = frame_, .columns = {make_column<double>("energy", std::vector<double>{now.kinetic_energy}, 1)}}; }
-  void restore(const State& s) override {
-    now = start;
-    now.kinetic_energy = reals(s, "energy").at(0);
-    frame_ = s.frame;
-  }
-  Totals start;
-
- private:
-  Restraint restraint_;
-  std::int64_t frame_ = 1;
-};
-
-Totals quiet() {
-  Totals t;
-  t.particles = 100, t.mass = 10, t.kinetic_energy = 4, t.elastic_energy = 1, t.max_speed = 1, t.largest_coefficient = 2, t.least_volume = 0.9, t.most_volume = 1.1;
-  return t;
-}
-
-std::unique_ptr<Told> told_simulation(std::function<void(Totals&, const Told::Step&)> change) {
-  auto simulation = std::make_unique<Told>();
-  simulation->now = simulation->start = quiet();
-  simulation->change = std::move(change);
-  return simulation;
-}
-
-/// What a frame with one change is stopped with.
-std::string told(const std::function<void(Totals&)>& change) {
-  auto simulation = told_simulation([&](Totals& t, const Told::Step&) { t = quiet(), change(t); });
-  const Told& kept = *simulation;
-  Watch watch(jelly(), 24, std::move(simulation));
-  base::Ledger ledger;
-  try {
-    watch.advance(ledger, {});
-    EXPECT_EQ(kept.steps.size(), 4u);
-  } catch (const base::Error& e) {
-    EXPECT_EQ(kept.steps.size(), std::size_t(4 + 1 + Watch::kMostRetries + 8 * 4)) << e.what();   // the frame; its first step and thrice again; the frame at an eighth
-    EXPECT_EQ(e.complaint().code, base::Exit::unstable);
-    return e.what();
-  }
-  return {};
-}
-
-}  // namespace
-
-TEST(Watch, NamesEachLawThatATotalBreaks) {
-  EXPECT_EQ(told([](Totals&) {}), "");
-  EXPECT_TRUE(says(told([](Totals& t) { t.kinetic_energy = kNone; }), "frame 2: finite: "));
-  EXPECT_TRUE(says(told([](Totals& t) { t.max_speed = kNone; }), "frame 2: finite: "));
-  EXPECT_TRUE(says(told([](Totals& t) { t.linear_momentum.y() = kNone; }), "frame 2: finite: "));
-  EXPECT_TRUE(says(told([](Totals& t) { t.particles = 99; }), "frame 2: mass: 99 particles, where 100 were and 0 have left"));
-  EXPECT_EQ(told([](Totals& t) { t.particles = 99, t.left = 1; }), "");
-  EXPECT_TRUE(says(told([](Totals& t) { t.kinetic_energy = 7; }), "frame 2: energy: 8 J (kinetic 7, potential 0, elastic 1), where 5 J were left"));
-  EXPECT_EQ(told([](Totals& t) { t.kinetic_energy = 5; }), "");                            // a third more than 5 is what it may swing by
-  EXPECT_EQ(told([](Totals& t) { t.kinetic_energy = 7, t.collider_work = 3; }), "");       // who is pushed may gain
-  EXPECT_EQ(told([](Totals& t) { t.kinetic_energy = 7, t.gravity_work = 3; }), "");
-  EXPECT_TRUE(says(told([](Totals& t) { t.kinetic_energy = 7, t.gravity_work = -3; }), "frame 2: energy: "));
-  EXPECT_TRUE(says(told([](Totals& t) { t.largest_coefficient = 2e5; }), "frame 2: coefficients: one of 2e+05 m/s"));
-  EXPECT_EQ(told([](Totals& t) { t.largest_coefficient = 2e4; }), "");
-  EXPECT_TRUE(says(told([](Totals& t) { t.most_volume = 2e6; }), "frame 2: volume: volume ratios from 0.9 to 2e+06"));
-  EXPECT_TRUE(says(told([](Totals& t) { t.least_volume = kNone; }), "frame 2: volume: "));
-}
-
-// The step that breaks a law is shorter; then modes are restrained too. The next has its length, and what was restrained stays so.
-TEST(Watch, RestrainsTheStepThatBreaksALawAndNoOther) {
-  auto simulation = told_simulation([](Totals& t, const Told::Step& s) { if (s.left == 0.5 && s.restraint.modes < 1) t.kinetic_energy = 40; });
-  const Told& kept = *simulation;
-  Watch watch(jelly(), 24, std::move(simulation));
-  base::Ledger ledger;
-  watch.advance(ledger, {});
-  EXPECT_EQ(watch.totals().retries, 3);   // to the frame's start once, to the third step's start twice
-  EXPECT_EQ(watch.totals().kinetic_energy, 4);
-  watch.advance(ledger, {});
-  EXPECT_EQ(watch.totals().retries, 0);
-  struct Expected {
-    double left;
-    int halvings, modes;
-  };
-  const std::vector<Expected> expected = {{1, 0, 0}, {.75, 0, 0}, {.5, 0, 0}, {.25, 0, 0},                                       // as ever
-                                          {1, 0, 0}, {.75, 0, 0}, {.5, 0, 0}, {.5, 1, 0}, {.5, 2, 1}, {.4375, 0, 1}, {.1875, 0, 1},   // again
-                                          {1, 0, 1}, {.75, 0, 1}, {.5, 0, 1}, {.25, 0, 1}};
-  ASSERT_EQ(kept.steps.size(), expected.size());
-  for (std::size_t k = 0; k < expected.size(); ++k) {
-    EXPECT_EQ(kept.steps[k].left, expected[k].left) << k;
-    EXPECT_EQ(kept.steps[k].restraint.halvings, expected[k].halvings) << k;
-    EXPECT_EQ(kept.steps[k].restraint.modes, expected[k].modes) << k;
-  }
-}
-
-// What a step's start is too late for: the frame from its start, every step as short as can be. A first step that is too long makes the third wrong.
-TEST(Watch, DoesAllOfAFrameAgainWhereAStepIsNotToBeSaved) {
-  auto simulation = told_simulation([](Totals& t, const Told::Step& s) {
-    if (s.left == 1) t.elastic_energy = s.restraint.halvings < 3 ? 1.1 : 1;   // breaks no law yet
-    if (s.left <= 0.5) t.kinetic_energy = t.elastic_energy > 1 ? 40 : 4;
-  });
-  Watch watch(jelly(), 24, std::move(simulation));
-  base::Ledger ledger;
-  watch.advance(ledger, {});
-  EXPECT_EQ(watch.totals().retries, 1 + Watch::kMostRetries + 1);
-  EXPECT_EQ(watch.totals().kinetic_energy, 4);
-  EXPECT_EQ(watch.totals().elastic_energy, 1);
-}
-
-TEST(Watch, GoesBackAStatedNumberOfTimesAndThenStops) {
-  auto simulation = told_simulation([](Totals& t, const Told::Step& s) { t.kinetic_energy = s.restraint.halvings < 3 ? 40 : 4; });
-  Watch watch(jelly(), 24, std::move(simulation));
-  base::Ledger ledger;
-  try {
-    for (int f = 0; f < 50; ++f) watch.advance(ledger, {});
-    FAIL() << "it went on";
-  } catch (const base::Error& e) {
-    EXPECT_TRUE(says(e.what(), "frame 2: energy: 41 J") && says(e.what(), "after going back 48 times")) << e.what();
-  }
-}
-
-// Frames without a break that were done again have been in trouble since the first of them.
-TEST(Watch, SaysSinceWhichFrameItGoesBack) {
-  auto simulation = told_simulation([](Totals& t, const Told::Step& s) {
-    const bool bad = s.frame == 3 || s.frame == 6 || s.frame == 7 || s.frame == 8;
-    t.largest_coefficient = s.frame == 8 || (bad && s.restraint.halvings == 0 && s.left == 1) || (bad && s.left < 1 && t.largest_coefficient > 2) ? 2e5 : 2;
-  });
-  Watch watch(jelly(), 24, std::move(simulation));
-  base::Ledger ledger;
-  try {
-    for (int f = 0; f < 50; ++f) watch.advance(ledger, {});
-    FAIL() << "it went on";
-  } catch (const Unstable& e) {
-    EXPECT_EQ(e.frame(), 8);
-    EXPECT_EQ(e.violation().since, 6);
-    EXPECT_TRUE(says(e.what(), "frame 8: coefficients: one of 2e+05 m/s") && says(e.what(), "; well up to frame 5 (carry ")) << e.what();
   }
 }
 
@@ -440,16 +288,19 @@ TEST(Watch, NamesTheParticleThatStandsOut) {
   const auto simulation = make_simulation(scene, 24);
   State state = simulation->state();
   const std::vector<double> id = reals(state, "id");
-  edit_reals(state, "coefficients", kSingle, [&](std::int64_t r, double* v) { if (id[std::size_t(r)] == 150) v[0] = 7; if (id[std::size_t(r)] == 9) v[4] = -50; });
+  edit_reals(state, "coefficients", kSingle, [&](std::int64_t r, double* v) { if (id[std::size_t(r)] == 150) v[0] = 7;
+  if (id[std::size_t(r)] == 9) v[4] = -50; });
   edit_reals(state, "deformation", kSingle, [&](std::int64_t r, double* f) { if (r == 5) f[0] = -0.9; });
   simulation->restore(state);
   const auto who = [&](Suspect s) { return find_culprit(s, scene, *simulation); };
   EXPECT_TRUE(says(who(Suspect::fastest).text, "the fastest is particle 150 of body right, cell (1")) << who(Suspect::fastest).text;
   EXPECT_TRUE(says(who(Suspect::fastest).text, "m, 7 m/s") || says(who(Suspect::fastest).text, "m, 7.0")) << who(Suspect::fastest).text;
   EXPECT_EQ(who(Suspect::fastest).body, 1);
-  EXPECT_TRUE(says(who(Suspect::largest_coefficient).text, "the largest is of particle 9 of body left, cell (")) << who(Suspect::largest_coefficient).text;
+  EXPECT_TRUE(says(who(Suspect::largest_coefficient).text,
+                   "the largest is of particle 9 of body left, cell (")) << who(Suspect::largest_coefficient).text;
   EXPECT_TRUE(says(who(Suspect::largest_coefficient).text, "50 m/s")) << who(Suspect::largest_coefficient).text;
-  EXPECT_TRUE(says(who(Suspect::most_deformed).text, "the most deformed is particle 5 of body left, cell (") && says(who(Suspect::most_deformed).text, "J = 0.1")) << who(Suspect::most_deformed).text;
+  EXPECT_TRUE(says(who(Suspect::most_deformed).text, "the most deformed is particle 5 of body left, cell (") &&
+              says(who(Suspect::most_deformed).text, "J = 0.1")) << who(Suspect::most_deformed).text;
 }
 
 TEST(Watch, NamesACollapseOfSteps) {

@@ -48,11 +48,16 @@ double PointsMaker::make(std::int64_t frame) {
 void PointsMaker::advance(base::Ledger& ledger) {
   try {
     if (!watch_->advance(ledger, signal_came)) stop_if_signalled();
-  } catch (const base::Error& e) {
-    if (e.complaint().code != base::Exit::unstable) throw;
+  } catch (const sim::Unstable& e) {
     base::Complaint complaint = e.complaint();
-    const std::filesystem::path saved = save();
-    if (!saved.empty()) complaint.hint += (complaint.hint.empty() ? "" : "; ") + std::string("the last good state is in ") + saved.string();
+    const std::int64_t last = watch_->state().frame, well = std::min(last, e.violation().since - 1);
+    save();
+    complaint.hint += complaint.hint.empty() ? "" : "; ";
+    if (last == 1) complaint.hint += "frame 1 is the start: there is no other state to go on from";
+    else complaint.hint += "the last whole frame's state is in " + folder_.checkpoint(last).string();
+    const std::vector<std::int64_t> kept = folder_.checkpoints();   // ascending
+    const auto good = std::find_if(kept.rbegin(), kept.rend(), [&](std::int64_t frame) { return frame <= well; });
+    if (last > 1 && good != kept.rend()) complaint.hint += *good == last ? ", and good" : ", a good one in " + folder_.checkpoint(*good).string();
     throw base::Error(std::move(complaint));
   }
 }

@@ -80,7 +80,8 @@ std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, cons
     const auto meant = [&](const sim::VerifyCase& c) { return is_meant(c, pattern); };
     if (std::any_of(all.begin(), all.end(), meant)) continue;
     const std::string nearest = nearest_name(pattern, all);
-    throw base::Error({.file = pattern, .hint = nearest.empty() ? "polypic verify --list shows all" : "did you mean " + nearest + "?", .message = "no such case"});
+    throw base::Error({.file = pattern, .hint = nearest.empty() ? "polypic verify --list shows all" : "did you mean " + nearest + "?",
+                       .message = "no such case"});
   }
   std::erase_if(all, [&](const sim::VerifyCase& c) {
     const bool meant = patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) { return is_meant(c, p); });
@@ -93,7 +94,8 @@ std::vector<Verdict> run_cases(const std::vector<sim::VerifyCase>& cases, base::
   std::vector<std::optional<Verdict>> found(cases.size());
   std::vector<std::size_t> order(cases.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !cases[i].is_quick; });   // the long ones first, so that none is left over alone
+  // the long ones first, so that none is left over alone
+  std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return !cases[i].is_quick; });
   std::mutex printing;
   tbb::parallel_for_each(order.begin(), order.end(), [&](std::size_t i) {
     if (signal_came()) return;
@@ -113,7 +115,8 @@ using Json = nlohmann::ordered_json;
 
 /// What is known of a case before it runs.
 Json case_json(const sim::VerifyCase& c) {
-  return {{"name", c.name}, {"dimension", c.dimension}, {"transfer", c.transfer}, {"kernel", c.kernel}, {"integrator", c.integrator}, {"expect", c.expect}};
+  return {{"name", c.name}, {"dimension", c.dimension}, {"transfer", c.transfer}, {"kernel", c.kernel}, {"integrator", c.integrator},
+          {"expect", c.expect}};
 }
 
 Json not_built_json() {
@@ -157,7 +160,8 @@ std::string verdicts_text(const std::vector<Verdict>& all) {
   for (const Verdict& v : all)
     if (!v.passed) text += line_of(v) + "\n      expected: " + v.what.expect + "; " + v.what.source + "\n";
   char counts[200];
-  std::snprintf(counts, sizeof counts, "%zu cases: %lld passed, %lld failed; not built, and counted apart: %zu\n", all.size(), static_cast<long long>(passed),
+  std::snprintf(counts, sizeof counts, "%zu cases: %lld passed, %lld failed; not built, and counted apart: %zu\n", all.size(),
+                static_cast<long long>(passed),
                 static_cast<long long>(std::int64_t(all.size()) - passed), sim::cases_not_built().size());
   return text + counts;
 }

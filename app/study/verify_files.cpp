@@ -112,12 +112,15 @@ std::vector<Nonsense> nonsense() {
           {"domain_empty", water + "[sim]\ndomain = [[0, 0, 0], [0, 1, 1]]\n", "sim.domain"},
           {"no_particle", "[[body]]\nname = \"column\"\nshape = { box = [[5, 5, 5], [6, 6, 6]] }\n", "no particle", "", "case 5"},
           {"body_in_a_collider", water + "[[collider]]\nname = \"block\"\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n", "no particle", "", "case 17"},
-          {"solid_with_linear_kernel", "[sim]\nsolver = \"solid\"\nkernel = \"linear\"\n[[body]]\nname = \"cube\"\nshape = { box = [[0.2, 0.2, 0.2], [0.5, 0.5, 0.5]] }\n",
+          {"solid_with_linear_kernel",
+           "[sim]\nsolver = \"solid\"\nkernel = \"linear\"\n[[body]]\nname = \"cube\"\nshape = { box = [[0.2, 0.2, 0.2], [0.5, 0.5, 0.5]] }\n",
            "solids need the quadratic kernel", "", "docs/transfers.md, carry"},
           {"limited_carry_with_linear_kernel", water + "[sim]\nkernel = \"linear\"\ncarry = \"limited\"\n", "carry", "", "docs/transfers.md, carry"},
           {"voxel_zero", water + "[surface]\nvoxel = 0\n", "surface.voxel = 0 m: must be above 0"},
-          {"voxel_too_fine", water + "[surface]\nvoxel = 1e-9\n", "surface.voxel = 1e-09 m: is 0 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"},
-          {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n", "surface.voxel = 0.5 m: is 25 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"}};
+          {"voxel_too_fine", water + "[surface]\nvoxel = 1e-9\n",
+           "surface.voxel = 1e-09 m: is 0 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"},
+          {"voxel_too_coarse", water + "[surface]\nvoxel = 0.5\n",
+           "surface.voxel = 0.5 m: is 25 of sim.cell = 0.02 m; must be between 1/32 and 2 of it"}};
 }
 
 struct Followed {
@@ -133,7 +136,8 @@ Followed follow(const Shot& shot, int threads, std::int64_t frames, bool restart
     const base::ScratchFolder folder;
     Followed found;
     auto simulation = sim::make_simulation(shot.scene, shot.fps);
-    const auto see = [&](const sim::Totals& t) { found.time.push_back(t.time), found.energy.push_back(t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0)); };
+    const auto see = [&](const sim::Totals& t) { found.time.push_back(t.time),
+                                                found.energy.push_back(t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0)); };
     see(simulation->totals());
     base::Ledger ledger;
     for (std::int64_t frame = 2; frame <= frames; ++frame) {
@@ -167,16 +171,19 @@ sim::VerifyCase same_bits(const fs::path& file) {
     found.outcome = fmt::format("{} of 2 runs differ from that on one thread; frame {} is {}", differ, kFrames, hex16(alone.hashes.back()));
     found.picture = alone.last, found.scene = shot.scene;
     if (alone.energy.front() == 0) return found;
-    for (std::size_t f = 0; f < alone.energy.size(); ++f) found.time.push_back(alone.time[f]), found.energy.push_back(alone.energy[f] / alone.energy.front());
+    for (std::size_t f = 0; f < alone.energy.size(); ++f) found.time.push_back(alone.time[f]),
+        found.energy.push_back(alone.energy[f] / alone.energy.front());
     return found;
   };
   return c;
 }
 
-nlohmann::ordered_json film(const base::ScratchFolder& folder, const std::string& out, std::int64_t last, const std::vector<std::string>& sets, std::vector<Stage> stages) {
+nlohmann::ordered_json film(const base::ScratchFolder& folder, const std::string& out, std::int64_t last, const std::vector<std::string>& sets,
+                            std::vector<Stage> stages) {
   base::Progress silent(stderr, true);
   const Shot shot = shot_from(folder, kFilm, sets);
-  return make_film(shot, {.stages = std::move(stages), .frames = FrameRange{1, last}, .out = folder.path() / out, .restart = false, .threads = 2}, silent);
+  return make_film(shot, {.stages = std::move(stages), .frames = FrameRange{1, last}, .out = folder.path() / out, .restart = false, .threads = 2},
+                   silent);
 }
 
 sim::VerifyCase goes_on() {

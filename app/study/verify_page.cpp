@@ -42,7 +42,8 @@ fs::path draw(const Verdict& v, const fs::path& folder) {
   for (const base::Vec3f& x : v.found.picture->velocity) fastest = std::max(fastest, double(x.norm()));
   const fs::path file = folder / (file_name(v.what.name) + ".png");
   base::Ledger ledger;
-  render::write_png(file, render::preview(setting, *v.found.picture, "", std::max(fastest, 1e-6)), setting.options, /*display_referred=*/true, ledger);
+  render::write_png(file, render::preview(setting, *v.found.picture, "", std::max(fastest, 1e-6)), setting.options, /*display_referred=*/true,
+                    ledger);
   return file;
 }
 
@@ -87,7 +88,8 @@ void add_tables(const std::string& family, const Members& members, Page& page) {
       Cell verdict(v->passed ? "pass" : "FAIL");
       verdict.strong = !v->passed;
       const std::string& name = v->what.name;
-      rows.push_back({name.size() > family.size() ? name.substr(family.size() + 1) : name, verdict, Cell(v->found.value), Cell(v->what.tolerance), outcome});
+      rows.push_back({name.size() > family.size() ? name.substr(family.size() + 1) : name, verdict, Cell(v->found.value), Cell(v->what.tolerance),
+                      outcome});
     }
     page.paragraph("Expected: " + expect + ". Source: " + source + ".");
     page.table({"case", "", "value", "at most", "outcome"}, rows);
@@ -95,7 +97,8 @@ void add_tables(const std::string& family, const Members& members, Page& page) {
 }
 
 /// Program, machine, counts by family and the slowest.
-void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<std::string, Members>>& families, double seconds, int threads, Page& page) {
+void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<std::string, Members>>& families, double seconds, int threads,
+                  Page& page) {
   std::size_t passed = 0, curves = 0, pictures = 0;
   double sum = 0;
   std::vector<const Verdict*> slowest;
@@ -103,11 +106,13 @@ void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<s
     passed += v.passed, curves += v.found.energy.size() > 1, pictures += v.found.picture.has_value(), sum += v.seconds;
     slowest.push_back(&v);
   }
-  page.subtitle(fmt::format("{} cases: {} pass, {} fail; {} more need what is not built", all.size(), passed, all.size() - passed, sim::cases_not_built().size()));
+  page.subtitle(fmt::format("{} cases: {} pass, {} fail; {} more need what is not built", all.size(), passed, all.size() - passed,
+                            sim::cases_not_built().size()));
   page.facts({{"program", std::string("polypic ") + kVersion + (*kCommit ? std::string(" (") + kCommit + ")" : "")},
               {"machine", fmt::format("{}, {} threads", processor_name().empty() ? "unknown processor" : processor_name(), threads)},
               {"time", fmt::format("{:.0f} s; {:.0f} s of all cases, several at a time", seconds, sum)},
-              {"shown", fmt::format("{} energy curves and {} pictures; the other cases simulate nothing, or nothing that has energy", curves, pictures)}});
+              {"shown", fmt::format("{} energy curves and {} pictures; the other cases simulate nothing, or nothing that has energy", curves,
+                                    pictures)}});
   std::vector<std::vector<Cell>> rows;
   for (const auto& [name, members] : families) {
     std::int64_t good = 0, flat = 0;
@@ -116,7 +121,8 @@ void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<s
     const auto count = std::int64_t(members.size());
     Cell failed(fmt::format("{}", count - good), double(count - good));
     failed.strong = good < count;
-    rows.push_back({spaced(name), Cell(std::to_string(count), double(count)), Cell(std::to_string(flat), double(flat)), Cell(std::to_string(count - flat), double(count - flat)), Cell(std::to_string(good), double(good)),
+    rows.push_back({spaced(name), Cell(std::to_string(count), double(count)), Cell(std::to_string(flat), double(flat)),
+                    Cell(std::to_string(count - flat), double(count - flat)), Cell(std::to_string(good), double(good)),
                     failed, Cell(fmt::format("{:.1f}", time), time), members.front()->what.source});
   }
   page.heading("At a glance");
@@ -157,7 +163,8 @@ void write_verify_page(const std::vector<Verdict>& all, double seconds, int thre
     std::vector<fs::path> pictures;
     std::vector<std::string> labels;
     for (const Verdict* v : members)
-      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty()) pictures.push_back(file), labels.push_back(v->what.name.substr(name.size() + 1));
+      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty()) pictures.push_back(file),
+          labels.push_back(v->what.name.substr(name.size() + 1));
     if (!pictures.empty()) page.contact_sheet(pictures, labels);
   }
   page.heading("Not built");

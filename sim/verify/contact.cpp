@@ -49,7 +49,8 @@ VerifyCase thin_wall(int dimension, const Scheme& scheme, bool is_solid, double 
       through = std::max(through, count(s.frame(), [&](const base::Vec3& x) { return x.x() > at + 1e-3 * h; }));
       reached = std::max(reached, count(s.frame(), [&](const base::Vec3& x) { return x.x() > at - 1.5 * h; }));
     }});
-    CaseOutcome found = report(course, double(through), say("%lld of %lld particles through, %lld came to it, %lld were pushed back", static_cast<long long>(through), static_cast<long long>(course.start().particles),
+    CaseOutcome found = report(course, double(through), say("%lld of %lld particles through, %lld came to it, %lld were pushed back",
+                                                            static_cast<long long>(through), static_cast<long long>(course.start().particles),
                                                           static_cast<long long>(reached), static_cast<long long>(course.sum(&Totals::pushed_out))));
     if (reached == 0) found.broken.push_back("nothing came to the wall");
     return found;
@@ -78,7 +79,8 @@ VerifyCase closing(int dimension, const Scheme& scheme) {
         inside = std::max(inside, count(s.frame(), [&](const base::Vec3& x) { return now.distance(x) < -1e-2 * h; }));
       }
     }});
-    return report(course, double(inside), say("%lld particles in a plate at worst, %lld pushed out, fastest %.2f m/s at the end", static_cast<long long>(inside), static_cast<long long>(course.sum(&Totals::pushed_out)),
+    return report(course, double(inside), say("%lld particles in a plate at worst, %lld pushed out, fastest %.2f m/s at the end",
+                                              static_cast<long long>(inside), static_cast<long long>(course.sum(&Totals::pushed_out)),
                                               course.end().max_speed));
   };
   return c;
@@ -104,10 +106,13 @@ VerifyCase overlapping(int dimension, const Scheme& scheme, bool is_solid) {
     post.shape.sphere = {dimension == 2 ? base::Vec3(0.45, 0.12, 0) : base::Vec3(0.45, 0.1, 0.12), dimension == 2 ? 0.13 : 0.085};
     post.meets_solids = is_solid;
     scene.colliders = {post};
-    const auto inside = [&](const Simulation& s) { return count(s.frame(), [&](const base::Vec3& x) { return post.shape.distance(x) < -1e-2 * h; }); };
+    const auto inside = [&](const Simulation& s) { return count(s.frame(), [&](const base::Vec3& x) { return post.shape.distance(x) < -1e-2 * h; });
+    };
     std::int64_t most = inside(*make_simulation(scene, 24));
     const Course course = follow(scene, {.fps = 24, .frames = 12, .see = [&](const Simulation& s) { most = std::max(most, inside(s)); }});
-    return report(course, double(most), say("%lld of %lld in it at worst, %lld pushed out", static_cast<long long>(most), static_cast<long long>(course.start().particles), static_cast<long long>(course.sum(&Totals::pushed_out))));
+    return report(course, double(most), say("%lld of %lld in it at worst, %lld pushed out", static_cast<long long>(most),
+                                            static_cast<long long>(course.start().particles),
+        static_cast<long long>(course.sum(&Totals::pushed_out))));
   };
   return c;
 }
@@ -121,7 +126,8 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
   c.source = "case 2";
   c.run = [=] {
     const double h = 0.1;
-    Scene scene = is_solid ? walled_scene(dimension, 1, h) : tank(dimension, h, {0, 0, 0}, dimension == 2 ? base::Vec3(1, 0.3, 0) : base::Vec3(1, 0.2, 0.3));
+    Scene scene = is_solid ? walled_scene(dimension, 1, h) : tank(dimension, h, {0, 0, 0}, dimension == 2 ? base::Vec3(1, 0.3, 0)
+                                                                  : base::Vec3(1, 0.2, 0.3));
     apply(scheme, scene.options);
     if (is_solid) scene.bodies = {block({0, 0, 0}, dimension == 2 ? base::Vec3(1, 0.3, 0) : base::Vec3(1, 1, 0.3), kJelly)};
     for (int a = 0; a < dimension; ++a)
@@ -131,11 +137,7 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
     const base::Box domain = scene.options.domain;
     std::array<std::int64_t, 3> cells{};
     for (int a = 0; a < dimension; ++a) cells[std::size_t(a)] = std::int64_t(std::lround(domain.size()[a] / h));
-    std::int64_t width = 0;
-    {
-      const auto simulation = make_simulation(scene, 24);
-      width = std::int64_t(reals(simulation->state(), "coefficients").size()) / simulation->totals().particles;
-    }
+    const std::int64_t width = coefficients_a_particle(scene);
     const Course course = follow(scene, {.fps = 24, .frames = 6, .prepare = [&](State& s) {
       edit<std::int32_t>(s, "cell", [&](std::int64_t row, std::int32_t* x) {
         if (row % 7 < 2 * dimension) x[row % 7 / 2] = row % 7 % 2 ? std::int32_t(cells[std::size_t(row % 7 / 2)] - 1) : 0;
@@ -155,7 +157,8 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
       return false;
     });
     CaseOutcome found = report(course, double(outside + course.start().particles - course.end().particles - left),
-                               say("%lld particles, %lld gone and counted, %lld outside", static_cast<long long>(course.start().particles), static_cast<long long>(left), static_cast<long long>(outside)));
+                               say("%lld particles, %lld gone and counted, %lld outside", static_cast<long long>(course.start().particles),
+                                   static_cast<long long>(left), static_cast<long long>(outside)));
     if (side == Side::open && left == 0) found.broken.push_back("none went out");
     if (side != Side::open && left != 0) found.broken.push_back("some went out");
     return found;
@@ -171,16 +174,19 @@ VerifyCase into_a_wall(int dimension, const Scheme& scheme) {
   c.source = "case 2";
   c.run = [=] {
     const double h = 0.05;
-    Scene scene = tank(dimension, h, dimension == 2 ? base::Vec3(0.5, 0.1, 0) : base::Vec3(0.5, 0, 0.1), dimension == 2 ? base::Vec3(0.8, 0.4, 0) : base::Vec3(0.8, 0.2, 0.4));
+    Scene scene = tank(dimension, h, dimension == 2 ? base::Vec3(0.5, 0.1, 0) : base::Vec3(0.5, 0, 0.1), dimension == 2 ? base::Vec3(0.8, 0.4, 0)
+                       : base::Vec3(0.8, 0.2, 0.4));
     apply(scheme, scene.options);
     scene.options.cfl = 3, scene.options.advection = Advection::rk3;
     scene.bodies[0].velocity = {15, 0, 0};
     const Course course = follow(scene, {.fps = 100, .frames = 12});
     std::int64_t left = 0;
     for (const Totals& t : course.totals) left += t.left;
-    const std::int64_t outside = count(course.simulation->frame(), [&](const base::Vec3& x) { return x.x() > scene.options.domain.upper.x() + 1e-6; });
+    const std::int64_t outside = count(course.simulation->frame(), [&](const base::Vec3& x) { return x.x() > scene.options.domain.upper.x() + 1e-6;
+    });
     const std::int64_t pushed = course.sum(&Totals::pushed_out);
-    CaseOutcome found = report(course, double(outside + left), say("%lld particles, %lld pushed back", static_cast<long long>(course.start().particles), static_cast<long long>(pushed)));
+    CaseOutcome found = report(course, double(outside + left), say("%lld particles, %lld pushed back",
+                                                                   static_cast<long long>(course.start().particles), static_cast<long long>(pushed)));
     if (pushed == 0) found.broken.push_back("nothing came to the wall");
     return found;
   };
@@ -192,7 +198,8 @@ VerifyCase into_a_wall(int dimension, const Scheme& scheme) {
 void add_contact_cases(std::vector<VerifyCase>& all) {
   using enum Transfer;
   constexpr auto kLinear = Kernel::linear, kQuadratic = Kernel::quadratic;
-  const Scheme linear{polypic, 0, kLinear, Carry::fixed, kSingle}, rough{apic, 0, kQuadratic, Carry::fixed, kSingle}, full{polypic, 0, kQuadratic, Carry::hybrid, kSingle};
+  const Scheme linear{polypic, 0, kLinear, Carry::fixed, kSingle}, rough{apic, 0, kQuadratic, Carry::fixed, kSingle},
+      full{polypic, 0, kQuadratic, Carry::hybrid, kSingle};
   Scheme reflected = linear;
   reflected.splitting = Splitting::reflection;
   for (const double cells : {0.5, 1.0, 2.0}) {

@@ -72,14 +72,16 @@ CaseOutcome report(const Course& course, double value, std::string outcome) {
   found.value = value;
   found.outcome = std::move(outcome);
   if (!course.stopped.empty()) found.broken.push_back("stopped: " + course.stopped);
-  if (const std::int64_t retries = course.sum(&Totals::retries); retries > 0) found.outcome += say("; %lld frames done again", static_cast<long long>(retries));
+  if (const std::int64_t retries = course.sum(&Totals::retries); retries > 0) found.outcome += say("; went back %lld times",
+                                                                                                   static_cast<long long>(retries));
   if (!course.is_finite) found.broken.push_back("numbers that are not finite");
   const auto& sides = course.scene.options.boundary;
   const bool is_open = std::any_of(sides.begin(), sides.end(), [](const auto& s) { return s[0] == Side::open || s[1] == Side::open; });
   std::int64_t left = 0;
   for (const Totals& t : course.totals) {
     left += t.left;
-    if (t.particles + left != course.start().particles) found.broken.push_back(say("%lld particles lost", static_cast<long long>(course.start().particles - left - t.particles)));
+    const std::int64_t lost = course.start().particles - left - t.particles;
+    if (lost != 0) found.broken.push_back(say("%lld particles lost", static_cast<long long>(lost)));
     if (t.left > 0 && !is_open) found.broken.push_back(say("%lld particles left through a wall", static_cast<long long>(t.left)));
     if (course.energy(0) == 0) continue;
     found.time.push_back(t.time);
@@ -108,5 +110,7 @@ void edit_reals(State& state, std::string_view name, Precision precision, const 
     for (std::size_t k = 0; k < exact.size(); ++k) values[k] = float(exact[k]);
   });
 }
+
+std::int64_t coefficients_a_particle(const Scene& scene) { return make_simulation(scene, 24)->state().find("coefficients")->width; }
 
 }  // namespace sim::verify

@@ -36,7 +36,8 @@ VerifyCase dam_break(int dimension, const Scheme& scheme) {
     const Course course = follow(scene, {.fps = 24, .frames = 24});
     double moved = 0;
     for (const Totals& t : course.totals) moved = std::max(moved, t.kinetic_energy / course.energy(0));
-    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, %.2f of it in motion at most, volume %+.1f %%", course.largest_energy(), moved, 100 * course.end().volume_drift.value_or(0)));
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, %.2f of it in motion at most, volume %+.1f %%",
+                                                                    course.largest_energy(), moved, 100 * course.end().volume_drift.value_or(0)));
     if (moved < 0.1) found.broken.push_back("it did not break");
     return found;
   };
@@ -47,7 +48,8 @@ VerifyCase dam_break(int dimension, const Scheme& scheme) {
 VerifyCase still_water(int dimension, const char* rung, const Scheme& scheme, Seeding seeding) {
   VerifyCase c = liquid_case(std::string("still_water/") + rung + (seeding == Seeding::jitter ? "/jitter" : "/regular"), dimension, scheme);
   const bool jitters = seeding == Seeding::jitter;
-  c.expect = jitters ? "root mean square of the speed over the second half, over sqrt(g H); fastest at most .15 of it; volume to 1 %" : "fastest particle at the end over sqrt(g H)";
+  c.expect = jitters ? "root mean square of the speed over the second half, over sqrt(g H); fastest at most .15 of it; volume to 1 %"
+      : "fastest particle at the end over sqrt(g H)";
   c.tolerance = jitters ? 1.2e-2 : 1e-6;
   c.source = "case 19";
   c.run = [=] {
@@ -66,7 +68,8 @@ VerifyCase still_water(int dimension, const char* rung, const Scheme& scheme, Se
       fastest = std::max(fastest, t.max_speed);
     }});
     const double rms = std::sqrt(squares / seen) / unit, drift = course.end().volume_drift.value_or(0);
-    CaseOutcome found = report(course, jitters ? rms : course.end().max_speed / unit, say("rms %.1e, fastest %.1e, volume %+.2f %%", rms, fastest / unit, 100 * drift));
+    CaseOutcome found = report(course, jitters ? rms : course.end().max_speed / unit, say("rms %.1e, fastest %.1e, volume %+.2f %%", rms,
+                                                                                          fastest / unit, 100 * drift));
     if (fastest / unit > 0.15) found.broken.push_back("a particle is faster than .15");
     if (std::abs(drift) > 0.01) found.broken.push_back("the level moves");
     return found;
@@ -138,7 +141,8 @@ VerifyCase pocket(int dimension, const Scheme& scheme, Pocket kind) {
     Body shut = scene.bodies[0];
     shut.name = "shut";
     base::Box inner{{0.7, 0, 0}, {1, 0.2, dimension == 2 ? 0 : 0.2}};
-    if (!chamber) inner = {{0.7, dimension == 2 ? 0.2 : 0.1, dimension == 2 ? 0 : 0.2}, {single ? 0.75 : 0.8, dimension == 2 ? 0.25 : 0.15, dimension == 2 ? 0 : 0.25}};
+    if (!chamber) inner = {{0.7, dimension == 2 ? 0.2 : 0.1, dimension == 2 ? 0 : 0.2}, {single ? 0.75 : 0.8, dimension == 2 ? 0.25 : 0.15,
+                                                                                         dimension == 2 ? 0 : 0.25}};
     shut.shape.box = inner;
     scene.bodies.push_back(shut);
     // Through a thinner wall stencils of both sides meet, and what is on one drags the other along it.
@@ -170,7 +174,9 @@ VerifyCase pocket(int dimension, const Scheme& scheme, Pocket kind) {
       least = std::min(least, there);
     }});
     const double speed = fastest / std::sqrt(kGravity * 0.3);
-    CaseOutcome found = report(course, single ? double(start - least) : speed, say("%lld of %lld particles stay shut in, fastest %.1e sqrt(g H); fastest outside %.2f m/s", static_cast<long long>(least),
+    CaseOutcome found = report(course, single ? double(start - least) : speed,
+                               say("%lld of %lld particles stay shut in, fastest %.1e sqrt(g H); fastest outside %.2f m/s",
+                                   static_cast<long long>(least),
                                                                                  static_cast<long long>(start), speed, course.end().max_speed));
     if (start == 0 || least != start) found.broken.push_back("not all stayed in");
     if (!single && !course.end().imbalance) found.broken.push_back("no pocket was seen");
@@ -183,7 +189,8 @@ VerifyCase pocket(int dimension, const Scheme& scheme, Pocket kind) {
 /// A piston moves into a full box: no flow can make room, and how much is missing is told.
 VerifyCase piston(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("piston_into_a_full_box", dimension, scheme);
-  c.expect = "the imbalance told is the piston's sweep over the volume left, to the column of cells it cuts (value: off by); nothing faster than three times the piston";
+  c.expect = "the imbalance told is the piston's sweep over the volume left, to the column of cells it cuts (value: off by); nothing "
+             "faster than three times the piston";
   c.tolerance = 0.06;
   c.source = "case 16";
   c.run = [=] {
@@ -191,7 +198,8 @@ VerifyCase piston(int dimension, const Scheme& scheme) {
     Scene scene = tank(dimension, 0.05, base::Vec3::Zero(), upright(dimension, 1, 0.5));
     apply(scheme, scene.options);
     scene.options.volume_correction = 0;
-    scene.colliders = {box_collider("piston", dimension == 2 ? base::Vec3(-1, -1, 0) : base::Vec3(-1, -1, -1), dimension == 2 ? base::Vec3(0.1, 2, 0) : base::Vec3(0.1, 2, 2), {speed, 0, 0})};
+    scene.colliders = {box_collider("piston", dimension == 2 ? base::Vec3(-1, -1, 0) : base::Vec3(-1, -1, -1), dimension == 2 ? base::Vec3(0.1, 2, 0)
+                                    : base::Vec3(0.1, 2, 2), {speed, 0, 0})};
     double off = 0, told = 0;
     const Course course = follow(scene, {.fps = 24, .frames = 12, .see = [&](const Simulation& s) {
       const Totals t = s.totals();
@@ -199,7 +207,8 @@ VerifyCase piston(int dimension, const Scheme& scheme) {
       const double expected = speed / (0.9 - speed * t.time);
       off = std::max(off, std::abs(told / expected - 1));
     }});
-    CaseOutcome found = report(course, off, say("imbalance %.4f /s at the end, off by %.1f %% at most; fastest %.2f m/s", told, 100 * off, course.end().max_speed));
+    CaseOutcome found = report(course, off, say("imbalance %.4f /s at the end, off by %.1f %% at most; fastest %.2f m/s", told, 100 * off,
+                                                course.end().max_speed));
     found.energy.clear(), found.time.clear();
     if (course.end().max_speed > 3 * speed) found.broken.push_back("something is faster than three times the piston");
     return found;
@@ -210,7 +219,8 @@ VerifyCase piston(int dimension, const Scheme& scheme) {
 /// One particle a cell: gaps everywhere.
 VerifyCase few_particles(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("one_particle_a_cell", dimension, scheme);
-  c.expect = "three seconds of a dam break with gaps everywhere: energy at most the tolerance of the start's; the volume that is lost is told, not held";
+  c.expect = "three seconds of a dam break with gaps everywhere: energy at most the tolerance of the start's; the volume that is lost "
+             "is told, not held";
   c.tolerance = 1.005;
   c.source = "case 6";
   c.run = [=] {
@@ -221,8 +231,11 @@ VerifyCase few_particles(int dimension, const Scheme& scheme) {
     add_gravity(scene);
     const Course course = follow(scene, {.fps = 24, .frames = 72});
     double drift = 0, height = 0;
-    for (std::size_t f = 49; f < course.totals.size(); ++f) drift += course.totals[f].volume_drift.value_or(0) / 24, height += course.totals[f].potential_energy / (course.end().mass * kGravity) / 24;
-    return report(course, course.largest_energy(), say("largest energy %.4f of the start; volume by the surface %+.0f %%, by the height of the particles %+.0f %%", course.largest_energy(), 100 * drift,
+    for (std::size_t f = 49; f < course.totals.size(); ++f) drift += course.totals[f].volume_drift.value_or(0) / 24,
+        height += course.totals[f].potential_energy / (course.end().mass * kGravity) / 24;
+    return report(course, course.largest_energy(),
+                  say("largest energy %.4f of the start; volume by the surface %+.0f %%, by the height of the particles %+.0f %%",
+                      course.largest_energy(), 100 * drift,
                                                       100 * (height / (0.5 * course.end().volume / (dimension == 2 ? 1 : 0.2)) - 1)));
   };
   return c;
@@ -270,7 +283,8 @@ VerifyCase emptied(int dimension, const Scheme& scheme) {
     std::int64_t left = 0;
     int empty = 0;
     for (const Totals& t : course.totals) left += t.left, empty += t.particles == 0;
-    CaseOutcome found = report(course, double(course.end().particles), say("%lld of %lld out, %d empty frames", static_cast<long long>(left), static_cast<long long>(course.start().particles), empty));
+    CaseOutcome found = report(course, double(course.end().particles), say("%lld of %lld out, %d empty frames", static_cast<long long>(left),
+                                                                           static_cast<long long>(course.start().particles), empty));
     if (left != course.start().particles || empty < 2) found.broken.push_back("not all of them were counted");
     return found;
   };
@@ -284,12 +298,15 @@ VerifyCase fast(int dimension, const Scheme& scheme, double speed) {
   c.tolerance = 1.005;
   c.source = "case 8";
   c.run = [=] {
-    Scene scene = tank(dimension, 0.05, upright(dimension, 0.1, 0.1) - (dimension == 3 ? base::Vec3(0, 0.2, 0) : base::Vec3::Zero()), upright(dimension, 0.3, 0.3));
+    Scene scene = tank(dimension, 0.05, upright(dimension, 0.1, 0.1) - (dimension == 3 ? base::Vec3(0, 0.2, 0) : base::Vec3::Zero()),
+                       upright(dimension, 0.3, 0.3));
     apply(scheme, scene.options);
     scene.bodies[0].velocity = {speed, 0, 0};
     add_gravity(scene);
     const Course course = follow(scene, {.fps = 24, .frames = 6});
-    CaseOutcome found = report(course, course.largest_energy(), say("%lld steps in 6 frames of %.0f cells, largest energy %.4f of the start", static_cast<long long>(course.sum(&Totals::substeps)), speed / 24 / 0.05, course.largest_energy()));
+    CaseOutcome found = report(course, course.largest_energy(), say("%lld steps in 6 frames of %.0f cells, largest energy %.4f of the start",
+                                                                    static_cast<long long>(course.sum(&Totals::substeps)), speed / 24 / 0.05,
+        course.largest_energy()));
     for (const Totals& t : course.totals)
       if (t.largest_cfl > scene.options.cfl * (1 + 1e-9)) found.broken.push_back(say("a step of %.2f cells", t.largest_cfl));
     if (course.sum(&Totals::substeps) < std::int64_t(speed / 24 / 0.05)) found.broken.push_back("steps longer than cfl allows");
@@ -305,16 +322,18 @@ VerifyCase coincident(int dimension, const Scheme& scheme) {
   c.tolerance = 1 + 1e-6;
   c.source = "case 5";
   c.run = [=] {
-    Scene scene = tank(dimension, 0.05, dimension == 2 ? base::Vec3(0.3, 0.2, 0) : base::Vec3(0.3, 0.05, 0.2), dimension == 2 ? base::Vec3(0.4, 0.3, 0) : base::Vec3(0.4, 0.15, 0.3));
+    Scene scene = tank(dimension, 0.05, dimension == 2 ? base::Vec3(0.3, 0.2, 0) : base::Vec3(0.3, 0.05, 0.2), dimension == 2
+                       ? base::Vec3(0.4, 0.3, 0) : base::Vec3(0.4, 0.15, 0.3));
     apply(scheme, scene.options);
-    const auto start = make_simulation(scene, 24);
-    const auto width = std::int64_t(reals(start->state(), "coefficients").size()) / start->totals().particles;
+    const std::int64_t width = coefficients_a_particle(scene);
     const Course course = follow(scene, {.fps = 24, .frames = 6, .prepare = [&](State& s) {
       edit<std::int32_t>(s, "cell", [&](std::int64_t, std::int32_t* x) { x[0] = 8, x[1] = dimension == 2 ? 5 : 2; if (dimension == 3) x[2] = 5; });
       edit_reals(s, "offset", scheme.precision, [&](std::int64_t, double* x) { for (int a = 0; a < dimension; ++a) x[a] = 0.5; });
       edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) { v[width / dimension] = row % 2 ? 3 : -3; });
     }});
-    return report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end", static_cast<long long>(course.start().particles), course.energy(course.totals.size() - 1) / course.energy(0)));
+    return report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end",
+                                                       static_cast<long long>(course.start().particles),
+        course.energy(course.totals.size() - 1) / course.energy(0)));
   };
   return c;
 }
@@ -370,7 +389,8 @@ void add_liquid_cases(std::vector<VerifyCase>& all) {
   all.push_back(dam_break(3, {polypic, 0, kQuadratic, kHybrid, kSingle, kReflection}));
   all.push_back(dam_break(3, {polypic, 0, kQuadratic, kLimited, kDouble, kLie}));
 
-  const Scheme draft{apic, 0, kLinear, kFixed, kSingle, kLie}, normal{polypic, 0, kLinear, kFixed, kSingle, kLie}, high{polypic, 0, kLinear, kFixed, kSingle, kReflection},
+  const Scheme draft{apic, 0, kLinear, kFixed, kSingle, kLie}, normal{polypic, 0, kLinear, kFixed, kSingle, kLie},
+      high{polypic, 0, kLinear, kFixed, kSingle, kReflection},
       extreme{polypic, 0, kQuadratic, kHybrid, kSingle, kReflection};
   const std::pair<const char*, Scheme> rungs[] = {{"draft", draft}, {"normal", normal}, {"high", high}, {"extreme", extreme}};
   for (const auto& [name, scheme] : rungs)

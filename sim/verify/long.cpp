@@ -78,7 +78,8 @@ VerifyCase random_scenes(int first, int last, int frames, bool quick) {
   c.name = say("random_scenes/%d-%d", first, last - 1);
   c.dimension = 3;
   c.transfer = "any", c.kernel = "quadratic", c.integrator = "explicit";
-  c.expect = "bodies of random materials in random motion between random walls: numbers stay finite, or the run stops and says why (value: share of stops)";
+  c.expect = "bodies of random materials in random motion between random walls: numbers stay finite, or the run stops and says why "
+             "(value: share of stops)";
   c.tolerance = 0.1;
   c.source = "the range of every key";
   c.is_quick = quick;
@@ -131,8 +132,11 @@ VerifyCase long_run(const std::string& name, const Scheme& scheme, double spin, 
     const double turning = scale > 0 ? (end.angular_momentum - start.angular_momentum).norm() / scale : end.max_speed / std::sqrt(200.0);
     const double moving = (end.linear_momentum - start.linear_momentum).norm() / (start.mass * (spin == 0 ? std::sqrt(200.0) : 0.1 * spin));
     const double volume = std::abs(last - first);
-    CaseOutcome found = report(course, std::max({turning, moving, volume}), say("%lld steps: volume %+.1e, linear momentum %.1e, %s %.1e", static_cast<long long>(course.sum(&Totals::substeps)), last - first, moving,
-                                                                              spin == 0 ? "fastest particle over sound" : "angular momentum", turning));
+    CaseOutcome found = report(course, std::max({turning, moving, volume}), say("%lld steps: volume %+.1e, linear momentum %.1e, %s %.1e",
+                                                                                static_cast<long long>(course.sum(&Totals::substeps)), last - first,
+        moving,
+                                                                              spin == 0 ? "fastest particle over sound" : "angular momentum",
+                                                                                  turning));
     if (course.sum(&Totals::substeps) < 100000) found.broken.push_back("fewer than 1e5 steps");
     return found;
   };

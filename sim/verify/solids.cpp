@@ -19,7 +19,9 @@ VerifyCase solid_case(const std::string& name, int dimension, const Scheme& sche
   return c;
 }
 
-const char* name_of(Elasticity law) { return law == Elasticity::fixed_corotated ? "fixed_corotated" : law == Elasticity::neo_hookean ? "neo_hookean" : "hencky"; }
+const char* name_of(Elasticity law) {
+  return law == Elasticity::fixed_corotated ? "fixed_corotated" : law == Elasticity::neo_hookean ? "neo_hookean" : "hencky";
+}
 
 base::Vec3 corner(int dimension, double x, double y) { return {x, y, dimension == 3 ? y : 0}; }
 
@@ -51,8 +53,10 @@ VerifyCase degenerate(const std::string& kind, int dimension, const Scheme& sche
   c.tolerance = 1.02;
   c.source = "case 9";
   c.run = [=] {
-    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10, .prepare = start_with(dimension, scheme.precision, diagonal)});
-    return report(course, course.largest_energy(), say("largest energy %.4f of the start, elastic energy %.3g of it at the end", course.largest_energy(), elastic(course.end()) / course.energy(0)));
+    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10,
+                                                                          .prepare = start_with(dimension, scheme.precision, diagonal)});
+    return report(course, course.largest_energy(), say("largest energy %.4f of the start, elastic energy %.3g of it at the end",
+                                                       course.largest_energy(), elastic(course.end()) / course.energy(0)));
   };
   return c;
 }
@@ -73,9 +77,11 @@ VerifyCase crushed(int dimension, const Scheme& scheme, Elasticity law, double t
       return double(high - low);
     };
     start = width(*make_simulation(deformed_block(dimension, scheme, law), 100));
-    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10, .prepare = start_with(dimension, scheme.precision, diagonal),
+    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10,
+                                                                          .prepare = start_with(dimension, scheme.precision, diagonal),
                                                                           .see = [&](const Simulation& s) { widest = std::max(widest, width(s)); }});
-    CaseOutcome found = report(course, 1.2 * start / widest, say("widest %.2f of the width it was let go at, largest energy %.4f of the start", widest / start, course.largest_energy()));
+    CaseOutcome found = report(course, 1.2 * start / widest, say("widest %.2f of the width it was let go at, largest energy %.4f of the start",
+                                                                 widest / start, course.largest_energy()));
     if (course.largest_energy() > 1.02) found.broken.push_back("it gained energy");
     return found;
   };
@@ -93,12 +99,14 @@ VerifyCase impact(int dimension, const Scheme& scheme) {
     apply(scheme, scene.options);
     Material material = kJelly;
     material.young = 1e3;   // sound at 1.2 m/s
-    scene.bodies = {block(corner(dimension, 0.4, 0.8), corner(dimension, 0.8, 1.2), material), block(corner(dimension, 1.0, 0.8), corner(dimension, 1.4, 1.2), material)};
+    scene.bodies = {block(corner(dimension, 0.4, 0.8), corner(dimension, 0.8, 1.2), material),
+                    block(corner(dimension, 1.0, 0.8), corner(dimension, 1.4, 1.2), material)};
     scene.bodies[0].velocity = {3, 0, 0}, scene.bodies[1].velocity = {-3, 0, 0};
     scene.bodies[1].name = "other";
     const Course course = follow(scene, {.fps = 50, .frames = 12});
     const std::int64_t shortened = course.sum(&Totals::steps_by_motion) + course.sum(&Totals::steps_by_loose);
-    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, %lld steps not by sound at rest", course.largest_energy(), static_cast<long long>(shortened)));
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, %lld steps not by sound at rest",
+                                                                    course.largest_energy(), static_cast<long long>(shortened)));
     if (shortened == 0) found.broken.push_back("no step was cut");
     if (course.end().kinetic_energy > 0.9 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
     return found;
@@ -147,13 +155,15 @@ VerifyCase coincident(int dimension, const Scheme& scheme) {
     apply(scheme, scene.options);
     scene.options.seeding = Seeding::regular;
     scene.bodies = {block(corner(dimension, 0.3, 0.3), corner(dimension, 0.5, 0.5), kJelly)};
-    const auto width = std::int64_t(reals(make_simulation(scene, 24)->state(), "coefficients").size() / std::size_t(make_simulation(scene, 24)->totals().particles));
+    const std::int64_t width = coefficients_a_particle(scene);
     const Course course = follow(scene, {.fps = 50, .frames = 10, .prepare = [&](State& s) {
       edit<std::int32_t>(s, "cell", [&](std::int64_t, std::int32_t* x) { for (int a = 0; a < dimension; ++a) x[a] = 4; });
       edit_reals(s, "offset", scheme.precision, [&](std::int64_t, double* x) { for (int a = 0; a < dimension; ++a) x[a] = 0.5; });
       edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) { v[width / dimension] = row % 2 ? 3 : -3; });
     }});
-    CaseOutcome found = report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end", static_cast<long long>(course.start().particles), course.energy(course.totals.size() - 1) / course.energy(0)));
+    CaseOutcome found = report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end",
+                                                                    static_cast<long long>(course.start().particles),
+        course.energy(course.totals.size() - 1) / course.energy(0)));
     if (course.end().linear_momentum.norm() > 1e-9 * course.start().mass * 3) found.broken.push_back("momentum came of nothing");
     return found;
   };
@@ -176,19 +186,21 @@ VerifyCase hardening(int dimension, const Scheme& scheme, double packed) {
     scene.bodies[0].velocity = {-20, 0, 0};
     const Course course = follow(scene, {.fps = 200, .frames = 10, .prepare = [&](State& s) {
       if (packed == 1) return;
-      edit<double>(s, "limits", [](std::int64_t row, double* v) { if (row == 0) *v *= 5; });   // a short first step, until sound is that of this state
+      // a short first step, until sound is that of this state
+      edit<double>(s, "limits", [](std::int64_t row, double* v) { if (row == 0) *v *= 5; });
       edit_reals(s, "deformation", scheme.precision, [&](std::int64_t, double* f) { f[dimension * dimension] = packed - 1; });
     }});
     const std::int64_t held = course.sum(&Totals::held_strains);
-    CaseOutcome found = report(course, held > 0 ? 0 : 1, say("%lld particle steps at the cap, largest energy %.4f of the start", static_cast<long long>(held), course.largest_energy()));
+    CaseOutcome found = report(course, held > 0 ? 0 : 1, say("%lld particle steps at the cap, largest energy %.4f of the start",
+                                                             static_cast<long long>(held), course.largest_energy()));
     if (course.largest_energy() > 1.15) found.broken.push_back("it gained energy");
     return found;
   };
   return c;
 }
 
-/// A beam four cells thick and sixteen long sticks to a wall, and is let go under its weight: its tip swings to twice where it would come to rest, which is
-/// q L^4 / (8 E' I) for bending and q L^2 / (2 k G A) for shear [Timoshenko21].
+/// A beam four cells thick and sixteen long sticks to a wall, and is let go under its weight: its tip swings to twice where it would come to
+/// rest, which is q L^4 / (8 E' I) for bending and q L^2 / (2 k G A) for shear [Timoshenko21].
 VerifyCase beam(int dimension, const Scheme& scheme, double poisson) {
   VerifyCase c = solid_case(say("beam/poisson_%g", poisson), dimension, scheme);
   c.expect = "half of where the tip swings to, off from the deflection of a Timoshenko beam";
@@ -215,13 +227,17 @@ VerifyCase beam(int dimension, const Scheme& scheme, double poisson) {
       return sum / count;
     };
     double farthest = 0;
-    const Course course = follow(scene, {.fps = 500, .frames = 60, .see = [&](const Simulation& s) { farthest = std::max(farthest, tip(s.frame())); }});
-    const double young = dimension == 2 ? rubber.young / (1 - poisson * poisson) : rubber.young, shear = rubber.young / (2 * (1 + poisson));   // a plane is a slab that cannot widen
+    const auto see = [&](const Simulation& s) { farthest = std::max(farthest, tip(s.frame())); };
+    const Course course = follow(scene, {.fps = 500, .frames = 60, .see = see});
+    // a plane is a slab that cannot widen
+    const double young = dimension == 2 ? rubber.young / (1 - poisson * poisson) : rubber.young, shear = rubber.young / (2 * (1 + poisson));
     const double weight = rubber.density * g, at = length - h / 2, slender = length / thick;
     const double bends = 1.5 * weight * slender * slender / young, shears = weight / (2 * shear * 10 * (1 + poisson) / (12 + 11 * poisson));
-    const double share = at / length, shape = (share * share * share * share - 4 * share * share * share + 6 * share * share) / 3;   // of the tip's bending, where it is looked at
+    // of the tip's bending, where it is looked at
+    const double share = at / length, shape = (share * share * share * share - 4 * share * share * share + 6 * share * share) / 3;
     const double expected = bends * length * length * shape + shears * length * length * (2 * share - share * share);
-    return report(course, std::abs(farthest / 2 / expected - 1), say("tip at %.4f of the deflection that a beam has, after %lld steps", farthest / 2 / expected, static_cast<long long>(course.sum(&Totals::substeps))));
+    return report(course, std::abs(farthest / 2 / expected - 1), say("tip at %.4f of the deflection that a beam has, after %lld steps",
+                                                                     farthest / 2 / expected, static_cast<long long>(course.sum(&Totals::substeps))));
   };
   return c;
 }
@@ -242,7 +258,9 @@ VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
     scene.bodies[0].velocity = {1, 0, 0};
     const Course course = follow(scene, {.fps = 50, .frames = 12});
     const double off = (course.end().linear_momentum - course.start().linear_momentum).norm() / course.start().linear_momentum.norm();
-    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, momentum off by %.1e, %lld steps", course.largest_energy(), off, static_cast<long long>(course.sum(&Totals::substeps))));
+    const auto steps = static_cast<long long>(course.sum(&Totals::substeps));
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, momentum off by %.1e, %lld steps",
+                                                                    course.largest_energy(), off, steps));
     if (off > (scheme.precision == kDouble ? 1e-10 : 1e-4)) found.broken.push_back("momentum drifts");
     if (course.end().kinetic_energy > 0.95 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
     return found;
@@ -264,7 +282,7 @@ VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
     scene.bodies = {block({0, 0, 0}, dimension == 2 ? base::Vec3(0.2, 0.2, 0) : base::Vec3(0.2, 0.2, 0.2), preset_material("dry_sand"))};
     add_gravity(scene);
     const int up = dimension - 1;
-    const auto width = std::int64_t(reals(make_simulation(scene, 24)->state(), "coefficients").size() / std::size_t(make_simulation(scene, 24)->totals().particles));
+    const std::int64_t width = coefficients_a_particle(scene);
     const std::vector<double> heights = [&] {
       std::vector<double> y;
       for (const auto& x : make_simulation(scene, 24)->frame().position) y.push_back(x[up]);
@@ -297,7 +315,8 @@ void add_solid_cases(std::vector<VerifyCase>& all) {
   using enum Transfer;
   using enum Elasticity;
   constexpr Kernel kQuadratic = Kernel::quadratic;
-  const Scheme exact{apic}, rough{apic, 0, kQuadratic, Carry::fixed, kSingle}, full{polypic, 0, kQuadratic, Carry::hybrid}, rough_full{polypic, 0, kQuadratic, Carry::hybrid, kSingle},
+  const Scheme exact{apic}, rough{apic, 0, kQuadratic, Carry::fixed, kSingle}, full{polypic, 0, kQuadratic, Carry::hybrid},
+      rough_full{polypic, 0, kQuadratic, Carry::hybrid, kSingle},
       rough_limited{polypic, 0, kQuadratic, Carry::limited, kSingle};
   all.push_back(degenerate("zero", 3, rough, fixed_corotated, {0, 0, 0}));
   all.push_back(degenerate("zero", 2, full, hencky, {0, 0}));

@@ -44,7 +44,8 @@ VerifyCase keeps(int dimension, const Scheme& scheme, double tolerance, double y
   c.run = [=] {
     const Course course = follow(spinning(dimension, scheme, young), {.fps = 20, .frames = frames_of(dimension, scheme)});
     const double off = std::max(course.largest_energy() - 1, 1 - last_energy(course));
-    CaseOutcome found = report(course, off, say("energy %.5f to %.5f of the start, angular momentum off by %.1e", last_energy(course), course.largest_energy(), angular_drift(course)));
+    CaseOutcome found = report(course, off, say("energy %.5f to %.5f of the start, angular momentum off by %.1e", last_energy(course),
+                                                course.largest_energy(), angular_drift(course)));
     if (angular_drift(course) > (scheme.precision == kDouble ? 1e-10 : 2e-5)) found.broken.push_back("angular momentum drifts");
     return found;
   };
@@ -58,7 +59,8 @@ VerifyCase loses(int dimension, const Scheme& scheme, double kept) {
   c.tolerance = kept;
   c.run = [=] {
     const Course course = follow(spinning(dimension, scheme, 200), {.fps = 20, .frames = frames_of(dimension, scheme)});
-    CaseOutcome found = report(course, last_energy(course), say("energy %.4f of the start, at most %.5f", last_energy(course), course.largest_energy()));
+    CaseOutcome found = report(course, last_energy(course), say("energy %.4f of the start, at most %.5f", last_energy(course),
+                                                                course.largest_energy()));
     if (course.largest_energy() > 1.005) found.broken.push_back("it gained energy");
     return found;
   };
@@ -68,7 +70,8 @@ VerifyCase loses(int dimension, const Scheme& scheme, double kept) {
 /// Blows up, and is caught: an expected failure. The value is 1 where it does not blow up, or is not caught.
 VerifyCase blows_up(int dimension, const Scheme& scheme) {
   VerifyCase c = spin_case(dimension, scheme);
-  c.expect = "an expected failure: unwatched it gains energy without end; the watch does the frame again, with modes limited too, and ends below twice the energy or stops, naming the energy or what is strongly stretched";
+  c.expect = "an expected failure: unwatched it gains energy without end; the watch does the frame again, with modes limited too, and "
+             "ends below twice the energy or stops, naming the energy or what is strongly stretched";
   c.tolerance = 0;
   c.source = "docs/transfers.md, carry: fixed carry blows up in 12 of 12 runs";
   c.run = [=] {
@@ -80,9 +83,12 @@ VerifyCase blows_up(int dimension, const Scheme& scheme) {
     const bool blew_up = !wild.stopped.empty() || wild.largest_energy() > 10;
     const std::int64_t retries = course.sum(&Totals::retries);
     const std::string stopped = std::exchange(course.stopped, {});
-    const bool caught = stopped.empty() ? retries > 0 && course.largest_energy() < 2 : stopped.find("energy: ") != std::string::npos || stopped.find("strongly stretched") != std::string::npos;
-    return report(course, blew_up && caught ? 0 : 1, say("unwatched %.3g times the energy at t = %.2f s; watched ", wild.largest_energy(), wild.end().time) +
-                                                         (stopped.empty() ? say("%.3f times at most", course.largest_energy()) : "stopped: " + stopped));
+    const bool caught = stopped.empty() ? retries > 0 && course.largest_energy() < 2 : stopped.find("energy: ") != std::string::npos ||
+        stopped.find("strongly stretched") != std::string::npos;
+    return report(course, blew_up && caught ? 0 : 1, say("unwatched %.3g times the energy at t = %.2f s; watched ", wild.largest_energy(),
+                                                         wild.end().time) +
+                                                         (stopped.empty() ? say("%.3f times at most", course.largest_energy())
+                                                          : "stopped: " + stopped));
   };
   return c;
 }
@@ -107,7 +113,8 @@ VerifyCase lone(int dimension, const Scheme& scheme, double stretch) {
     std::int64_t steps = 0;
     const Course course = follow(scene, {.fps = 8, .frames = 140,
         .prepare = [&](State& s) {
-          edit<double>(s, "limits", [](std::int64_t row, double* v) { if (row == 0) *v = 50; });   // a short first step, until sound is that of this state
+          // a short first step, until sound is that of this state
+          edit<double>(s, "limits", [](std::int64_t row, double* v) { if (row == 0) *v = 50; });
           edit_reals(s, "deformation", scheme.precision, [&](std::int64_t, double* f) {
             f[0] = stretch - 1, f[dimension + 1] = 0.5 * (1 - stretch), f[1] = 0.1;
           });
@@ -119,7 +126,8 @@ VerifyCase lone(int dimension, const Scheme& scheme, double stretch) {
       if (4 * f < course.totals.size()) first = std::max(first, e);
       if (4 * f >= 3 * course.totals.size()) last = std::max(last, e);
     }
-    CaseOutcome found = report(course, course.largest_energy(), say("%lld steps, largest energy %.3f of the start, %.3f in the last quarter", static_cast<long long>(steps), course.largest_energy(), last));
+    CaseOutcome found = report(course, course.largest_energy(), say("%lld steps, largest energy %.3f of the start, %.3f in the last quarter",
+                                                                    static_cast<long long>(steps), course.largest_energy(), last));
     if (steps < 10000) found.broken.push_back("fewer than 1e4 steps");
     if (last > 1.02 * first) found.broken.push_back("energy has a trend");
     return found;
@@ -149,7 +157,9 @@ VerifyCase light_nodes(int dimension, const Scheme& scheme) {
           if (x[a] > 0.5) x[a] = 0.5 + 1e-6;   // of the nearest node's stencil the far side is next to nothing
       });
     }});
-    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.5f of the start, angular momentum off by %.1e, %lld coefficients limited", course.largest_energy(),
+    CaseOutcome found = report(course, course.largest_energy(),
+                               say("largest energy %.5f of the start, angular momentum off by %.1e, %lld coefficients limited",
+                                   course.largest_energy(),
                                                                   angular_drift(course), static_cast<long long>(course.sum(&Totals::limited_modes))));
     if (angular_drift(course) > 1e-10) found.broken.push_back("angular momentum drifts");
     return found;

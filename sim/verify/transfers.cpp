@@ -122,7 +122,8 @@ VerifyCase round_trip(Kernel kernel) {
     for (int n = 0; n < 4 * int_power(8, D); ++n) {
       Cell<D> cell;
       Vec<D, Real> offset;
-      for (int a = 0; a < D; ++a) cell[a] = int(8 * uniform(3, std::uint64_t(n), std::uint64_t(a))), offset[a] = std::min(Real(uniform(4, std::uint64_t(n), std::uint64_t(a))), Real(0.999999));
+      for (int a = 0; a < D; ++a) cell[a] = int(8 * uniform(3, std::uint64_t(n), std::uint64_t(a))),
+          offset[a] = std::min(Real(uniform(4, std::uint64_t(n), std::uint64_t(a))), Real(0.999999));
       p.cell.push_back(cell), p.offset.push_back(offset), p.id.push_back(n);
     }
     p.coefficients.resize(p.size() * p.row());
@@ -260,7 +261,8 @@ VerifyCase thin_surface() {
   c.name = "surface_at_a_cells_middle/" + std::to_string(D) + "d";
   c.dimension = D;
   c.transfer = "any", c.kernel = "any", c.integrator = "any";
-  c.expect = "iterations with a quarter of the surface 1e-12 cells above the middles of cells, at most twice those with all of it half a cell above; velocities finite";
+  c.expect = "iterations with a quarter of the surface 1e-12 cells above the middles of cells, at most twice those with all of it "
+             "half a cell above; velocities finite";
   c.tolerance = 2;
   c.source = "case 18";
   c.run = [=] {
@@ -288,14 +290,16 @@ VerifyCase thin_surface() {
       const PressureReport report = Projection<D>().project(field, cells, blocks, 1e-6, valid);
       for (int a = 0; a < D; ++a)
         for (std::size_t i = 0; i < blocks.size(); ++i)
-          if (valid[std::size_t(a)][i]) fastest = std::max(fastest, std::isfinite(field[std::size_t(a)][i]) ? std::abs(field[std::size_t(a)][i]) : 1e300);
+          if (valid[std::size_t(a)][i]) fastest = std::max(fastest, std::isfinite(field[std::size_t(a)][i]) ? std::abs(field[std::size_t(a)][i])
+                                                           : 1e300);
       return double(report.iterations);
     };
     double fastest = 0, fastest_thin = 0;
     const double usual = iterations(0.5, 1, fastest), thin = iterations(1e-12, 4, fastest_thin), all_thin = iterations(1e-12, 1, fastest_thin);
     CaseOutcome found;
     found.value = thin / usual;
-    found.outcome = say("%.0f iterations against %.0f (%.0f where all of the surface is there), fastest face %.2f against %.2f", thin, usual, all_thin, fastest_thin, fastest);
+    found.outcome = say("%.0f iterations against %.0f (%.0f where all of the surface is there), fastest face %.2f against %.2f", thin, usual,
+                        all_thin, fastest_thin, fastest);
     if (!(fastest_thin < 1e3)) found.broken.push_back("the pressure tears the surface");
     if (usual < 1) found.broken.push_back("nothing was iterated");
     return found;
