@@ -149,7 +149,7 @@ CASE is a name, its beginning up to a slash ("dam_break", "spinning_disk/2d"), o
 what must hold, to what tolerance and who says so; one that must fail passes when it fails as said. docs/stability.md lists them all.
 
   --quick             without the few that take longer than seconds
-  --list              names and expectations, and nothing is run
+  --list              names and expectations, and nothing is run; with --json all that is known of them beforehand
   --out DIR           for report.html (table, energy curves, pictures) and verify.json (default: out/verify)
   --threads N         default: all cores; several cases run at a time
   --quiet             no line a case
