@@ -151,7 +151,7 @@ TEST(Liquid, LedgerHasExactlyThePassesOfAStep) {
     names += name + " ";
     EXPECT_GT(cost.calls, 0);
   }
-  EXPECT_EQ(names, "advect collide extrapolate forces g2p p2g pressure sort volume ");
+  EXPECT_EQ(names, "advect collide extrapolate forces g2p p2g pressure sort sums volume ");
 }
 
 TEST(Liquid, AsksBetweenStepsWhetherToStop) {
