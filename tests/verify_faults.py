@@ -15,9 +15,9 @@ import sys
 
 import transfer_faults as faults
 
-GATHER, SOLIDS, PRESSURE, DISTANCE, COMPONENTS, STEP, LIQUID, WATCH, SAND, SNOW, SOLID_STEP, SEEDING = (
+GATHER, SOLIDS, PRESSURE, DISTANCE, COMPONENTS, STEP, LIQUID, WATCH, SAND, SNOW, SOLID_STEP, SEEDING, VIOLATION, BLAME = (
     f"sim/{name}" for name in "solid/gather.cpp colliders/solids.cpp fluid/pressure.cpp fluid/surface_distance.h fluid/multigrid_components.cpp fluid/step.cpp "
-    "fluid/liquid.cpp watch.cpp solid/drucker_prager.h solid/snow.h solid/step.cpp solid/seeding.cpp".split())
+    "fluid/liquid.cpp watch.cpp solid/drucker_prager.h solid/snow.h solid/step.cpp solid/seeding.cpp violation.cpp blame.cpp".split())
 
 # What is off, where, the text as it is and without the cure (@ is true where it is off), and the cases that must notice.
 FAULTS = [
@@ -43,17 +43,39 @@ FAULTS = [
     ("the volume correction", LIQUID, "if (options_.volume_correction > 0 && substeps_", "if (!@ && options_.volume_correction > 0 && substeps_", "blocks_fall_into_a_pool"),
     ("changes of volume averaged against locking", SEEDING, "group.averages = body.solid.volume_averaging;", "group.averages = !@ && body.solid.volume_averaging;", "beam"),
 ]
+# The same of the watch: what its tests must notice.
+WATCH_SUITES = ["test_watch", "test_watch_retries"]
+WATCH_FAULTS = [
+    ("mass after P2G", VIOLATION, "if (!(std::abs(grid.mass[a] - particles.mass[a])", "if (!@ && !(std::abs(grid.mass[a] - particles.mass[a])"),
+    ("momentum after P2G", VIOLATION, "if (!(std::abs(grid.momentum[a] - particles.momentum[a])", "if (!@ && !(std::abs(grid.momentum[a] - particles.momentum[a])"),
+    ("finite sums", WATCH, "if (!std::isfinite(energy) ||", "if (!@ && !std::isfinite(energy) ||"),
+    ("a count of particles", WATCH, "if (double(t.particles) != now.particles)", "if (!@ && double(t.particles) != now.particles)"),
+    ("work that gravity does", WATCH, "const double work = t.collider_work + t.gravity_work;", "const double work = t.collider_work + (@ ? 0 : t.gravity_work);"),
+    ("the largest coefficient", WATCH, "if (t.mass > 0 && t.largest_coefficient >", "if (!@ && t.mass > 0 && t.largest_coefficient >"),
+    ("the volume ratios", WATCH, "if (t.least_volume && !(std", "if (!@ && t.least_volume && !(std"),
+    ("going back to a step's start", WATCH, "simulation_->go_back(*start);", "if (!@) simulation_->go_back(*start);"),
+    ("shorter steps", WATCH, "  restraint_.halvings = halvings;", "  restraint_.halvings = @ ? 0 : halvings;"),
+    ("a limit to steps as long as the frame", WATCH, "restraint_.longest = span / (1 << halvings);", "if (!@) restraint_.longest = span / (1 << halvings);"),
+    ("restrained modes", WATCH, "restraint_.modes = std::max(restraint_.modes, halvings - 1);", "if (!@) restraint_.modes = std::max(restraint_.modes, halvings - 1);"),
+    ("steps that are as long as ever afterwards", WATCH, "if (restraint_.halvings == 0) continue;", "if (@ || restraint_.halvings == 0) continue;"),
+    ("all of the frame once more", WATCH, "      return again(before, ledger, interrupted);\n    } catch (const base::Error& stays) {\n      if (!is_unstable(stays)) throw;",
+     "      return again(before, ledger, interrupted);\n    } catch (const base::Error& stays) {\n      if (@ || !is_unstable(stays)) throw;"),
+    ("the end of going back", WATCH, ">= kMostRetriesOfARun) stop(", ">= (@ ? 1e9 : kMostRetriesOfARun)) stop("),
+    ("since when", WATCH, "memory_.since = retries_ == 0 ? 0 : before.since > 0 ? before.since :", "memory_.since = retries_ == 0 ? 0 : !@ && before.since > 0 ? before.since :"),
+    ("the id of the largest coefficient", BLAME, "found.row = std::size_t(std::lower_bound(f.id.begin(), f.id.end(), id[found.row]) - f.id.begin());",
+     "if (!@) found.row = std::size_t(std::lower_bound(f.id.begin(), f.id.end(), id[found.row]) - f.id.begin());"),
+]
 
 
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else faults.ROOT / "build/verify_faults").resolve()
     copy, built = folder / "source", folder / "build"
     copy.mkdir(parents=True, exist_ok=True)
-    faults.FAULTS = [f[:4] for f in FAULTS]
+    faults.FAULTS = [f[:4] for f in FAULTS + WATCH_FAULTS]
     faults.plant(copy)
     run = lambda *words: subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     run("cmake", "-S", str(copy), "-B", str(built), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release")
-    run("cmake", "--build", str(built), "--parallel", "2", "--target", "test_verify_cases")
+    run("cmake", "--build", str(built), "--parallel", "2", "--target", "test_verify_cases", *WATCH_SUITES)
     bad = 0
 
     def failing(number, words):
@@ -64,8 +86,14 @@ def main():
             return ["a case without end"], ""
         return re.findall(r"^FAIL (\S+)", result.stdout, re.M), result.stdout
 
-    chosen = [int(n) for n in sys.argv[2:]] or range(1, len(FAULTS) + 1)
+    chosen = [int(n) for n in sys.argv[2:]] or range(1, len(FAULTS + WATCH_FAULTS) + 1)
     for number in chosen:
+        if number > len(FAULTS):
+            name, file, _, _ = WATCH_FAULTS[number - len(FAULTS) - 1]
+            found = sorted(set().union(*(faults.failing(built, suite.removeprefix("test_"), number) for suite in WATCH_SUITES)))
+            print(f"{number:2} without {name} ({pathlib.Path(file).name}): {', '.join(found) or 'NOTHING FAILS'}", flush=True)
+            bad += not found
+            continue
         name, file, _, _, about = FAULTS[number - 1]
         whole, _ = failing(0, about.split())
         found, text = failing(number, about.split())
