@@ -1,5 +1,6 @@
 #include "app/stages/machine.h"
 
+#include <algorithm>
 #include <fstream>
 
 namespace app {
