@@ -48,7 +48,8 @@ WATCH_SUITES = ["test_watch", "test_watch_retries"]
 WATCH_FAULTS = [
     ("mass after P2G", VIOLATION, "if (!(std::abs(grid.mass[a] - particles.mass[a])", "if (!@ && !(std::abs(grid.mass[a] - particles.mass[a])"),
     ("momentum after P2G", VIOLATION, "if (!(std::abs(grid.momentum[a] - particles.momentum[a])", "if (!@ && !(std::abs(grid.momentum[a] - particles.momentum[a])"),
-    ("finite sums", WATCH, "if (!std::isfinite(energy) ||", "if (!@ && !std::isfinite(energy) ||"),
+    ("finite sums", WATCH, "if (!std::isfinite(energy) || !std::isfinite(t.max_speed) || !t.linear_momentum.allFinite())",
+     "if (!@ && (!std::isfinite(energy) || !std::isfinite(t.max_speed) || !t.linear_momentum.allFinite()))"),
     ("a count of particles", WATCH, "if (double(t.particles) != now.particles)", "if (!@ && double(t.particles) != now.particles)"),
     ("work that gravity does", WATCH, "const double work = t.collider_work + t.gravity_work;", "const double work = t.collider_work + (@ ? 0 : t.gravity_work);"),
     ("the largest coefficient", WATCH, "if (t.mass > 0 && t.largest_coefficient >", "if (!@ && t.mass > 0 && t.largest_coefficient >"),

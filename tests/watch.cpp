@@ -286,6 +286,8 @@ TEST(Watch, GoesBackWithinAFrameToTheBit) {
 TEST(Watch, NamesTheParticleThatStandsOut) {
   Scene scene = jelly();
   const auto simulation = make_simulation(scene, 24);
+  base::Ledger ledger;
+  for (int f = 0; f < 4; ++f) simulation->advance(ledger, {});   // until they are stored in another order than that of their ids
   State state = simulation->state();
   const std::vector<double> id = reals(state, "id");
   edit_reals(state, "coefficients", kSingle, [&](std::int64_t r, double* v) { if (id[std::size_t(r)] == 150) v[0] = 7;
