@@ -131,7 +131,7 @@ TEST_F(Resume, NamesTheChangedKeyOfASimulation) {
 
 // More than 1500 cells of liquid are solved by iterations, and none gets as far as 1e-30: the column has more when it has broken.
 TEST_F(Resume, ARunThatStopsSaysWhereSinceWhenAndWhichStateIsGood) {
-  write("stops.toml", "[sim]\ndimension = 2\ndomain = [[0, 0], [2, 1]]\ncell = 0.02\npressure_tolerance = 1e-30\n[[body]]\nname = \"column\"\nshape = { box = [[0, 0], [0.72, 0.82]] }\n"
+  write("stops.toml", "[sim]\ndimension = 2\ndomain = [[0, 0], [2, 1]]\ncell = 0.02\npressure_tolerance = 1e-30\n[[body]]\nname = \"column\"\nshape = { box = [[0, 0], [0.68, 0.88]] }\n"
                       "[[effect]]\nkind = \"gravity\"\n");
   const Outcome stopped = run({"simulate", "stops.toml", "--frames", "1-20"});
   EXPECT_EQ(stopped.exit, 3);
