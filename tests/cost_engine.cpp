@@ -57,6 +57,17 @@ Study ladder() {
   return study;
 }
 
+// "quick" and "middle" are ties, and so are "middle" and "slow"; "quick" and "slow" are none.
+TEST(CostFront, DropsNobodyForATieThatIsDroppedItself) {
+  Study study = ladder();
+  study.variants = {rung("quick", .5, {1.0, 1.02, 1.04}), rung("middle", .4, {1.05, 1.2, 1.3}), rung("slow", .3, {1.25, 1.26, 1.3})};
+  judge(study);
+  EXPECT_EQ(study.variants[1].ties.size(), 2u);
+  EXPECT_TRUE(study.variants[0].pareto);
+  EXPECT_FALSE(study.variants[1].pareto);
+  EXPECT_TRUE(study.variants[2].pareto);
+}
+
 TEST(CostFront, HoldsWhatNothingElseBeatsAndCallsTiesTies) {
   Study study = ladder();
   judge(study);

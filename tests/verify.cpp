@@ -60,6 +60,12 @@ TEST_F(Verify, SuggestsTheNearestNameForOneThatIsNotThere) {
   EXPECT_EQ(run({"verify", "*/nothing/*"}).exit, 2);
 }
 
+TEST_F(Verify, RefusesACaseThatQuickLeavesOut) {
+  const Outcome outcome = run({"verify", "swelling_by_spin/3d/apic/double", "--quick"});
+  EXPECT_EQ(outcome.exit, 2);
+  EXPECT_EQ(outcome.err, "polypic: swelling_by_spin/3d/apic/double: --quick leaves out every case of this name (without --quick they run)\n");
+}
+
 TEST_F(Verify, ListsItsCases) {
   const Outcome outcome = run({"verify", "--list"});
   EXPECT_EQ(outcome.exit, 0);

@@ -35,4 +35,8 @@ void stop_if_signalled() {
   if (signal_came()) throw Interrupted(caught_signal);
 }
 
+void stop_with_nothing_kept() {
+  if (signal_came()) throw Interrupted::with_nothing_kept(caught_signal);
+}
+
 }  // namespace app

@@ -11,9 +11,11 @@ class Interrupted : public std::runtime_error {
  public:
   /// `saved`: the checkpoint that holds the simulation, or empty.
   explicit Interrupted(int signal, const std::string& saved = "");
+  static Interrupted with_nothing_kept(int signal) { return {signal, std::runtime_error("interrupted; nothing is kept: the command begins anew")}; }
   int signal() const { return signal_; }
 
  private:
+  Interrupted(int signal, const std::runtime_error& text) : std::runtime_error(text), signal_(signal) {}
   int signal_;
 };
 
@@ -22,5 +24,7 @@ void catch_signals();
 bool signal_came();
 /// Throws Interrupted when a signal came.
 void stop_if_signalled();
+/// The same for a command that finds nothing again when it is given anew.
+void stop_with_nothing_kept();
 
 }  // namespace app

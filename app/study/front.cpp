@@ -28,7 +28,7 @@ bool dominates(const Variant& a, double error_a, const Variant& b, double error_
 std::string ratio_text(double ratio) { return ratio < 10 ? fmt::format("{:.2g}", ratio) : fmt::format("{:.0f}", ratio); }
 
 struct OnFront {
-  const Variant* variant;
+  Variant* variant;
   double error;
 };
 
@@ -90,17 +90,22 @@ void judge(Study& study) {
     std::vector<Variant*> all;
     for (Variant& v : study.variants)
       if (v.part == c.name && v.ran()) all.push_back(&v);
-    std::vector<OnFront> front;
+    std::vector<OnFront> known, front;
     for (Variant* const v : all) {
-      v->ties.clear();
+      v->ties.clear(), v->pareto = false;
       for (const Variant* const w : all)
         if (w != v && is_tie(*v, *w)) v->ties.push_back(w->label);
-      const std::optional<double> error = deciding(*v, c);
-      v->pareto = error && std::none_of(all.begin(), all.end(), [&](const Variant* w) {
-        const std::optional<double> other = deciding(*w, c);
-        return w != v && other && dominates(*w, *other, *v, *error);
-      });
-      if (v->pareto) front.push_back({v, *error});
+      if (const std::optional<double> error = deciding(*v, c)) known.push_back({v, *error});
+    }
+    // From the least error on. Ties are not transitive: one that is beaten by a tie alone is beaten only if the winner stays on the front itself.
+    std::sort(known.begin(), known.end(), [](const OnFront& a, const OnFront& b) {
+      return std::pair(a.error, a.variant->seconds_median) < std::pair(b.error, b.variant->seconds_median);
+    });
+    for (const OnFront& v : known) {
+      const auto beats = [&](const OnFront& w) { return w.variant != v.variant && dominates(*w.variant, w.error, *v.variant, v.error); };
+      const auto beats_clearly = [&](const OnFront& w) { return beats(w) && !is_tie(*w.variant, *v.variant); };
+      v.variant->pareto = std::none_of(front.begin(), front.end(), beats) && std::none_of(known.begin(), known.end(), beats_clearly);
+      if (v.variant->pareto) front.push_back(v);
     }
     c.sentences = sentences(c, front);
   }

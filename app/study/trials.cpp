@@ -3,13 +3,13 @@
 #include <tbb/info.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "app/stages/hash.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/machine.h"
 #include "app/stages/stopwatch.h"
 #include "app/version.h"
 #include "base/checksum.h"
@@ -19,14 +19,6 @@ namespace app {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string processor_name() {
-  std::ifstream in("/proc/cpuinfo");
-  for (std::string line; std::getline(in, line);)
-    if (line.starts_with("model name"))
-      if (const std::size_t colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
-  return "an unknown processor";
-}
 
 std::string program_text() {
   static const std::string text = [] {
@@ -194,7 +186,7 @@ void sign(Study& study, const CostOrder& order, int repeats) {
   study.command = order.command;
   study.version = kVersion, study.commit = kCommit;
   study.threads = order.threads, study.repeats = repeats;
-  study.processor = processor_name(), study.cores = tbb::info::default_concurrency();
+  study.processor = processor_name().empty() ? "an unknown processor" : processor_name(), study.cores = tbb::info::default_concurrency();
 }
 
 }  // namespace app

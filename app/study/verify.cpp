@@ -87,6 +87,7 @@ std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, cons
     const bool meant = patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) { return is_meant(c, p); });
     return !meant || (quick && !c.is_quick);
   });
+  if (all.empty()) throw base::Error({.file = patterns.front(), .hint = "without --quick they run", .message = "--quick leaves out every case of this name"});
   return all;
 }
 
@@ -103,7 +104,7 @@ std::vector<Verdict> run_cases(const std::vector<sim::VerifyCase>& cases, base::
     const std::lock_guard<std::mutex> one_line(printing);
     progress.line(line_of(*found[i]));
   });
-  stop_if_signalled();
+  stop_with_nothing_kept();
   std::vector<Verdict> all;
   for (auto& v : found) all.push_back(std::move(*v));
   return all;
