@@ -70,6 +70,9 @@ TEST(FluidStillWater, StaysStillOnEveryRung) {
 // Particles at random: ten units of the time in which g H = 1/2, the second half of it. Its surface is known to a part of a cell, and what this sets in
 // motion reflection does not take away.
 TEST(FluidStillWater, ComesToRestWithParticlesAtRandomAndItsLevelAnywhereInACell) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes, and other tests run the same code";
+#endif
   const double level = 32.77 / 64;
   for (const Rung& rung : kRungs) {
     Scene scene = tank(2, 1.0 / 64, rung, base::Vec3(0, 0, 0), base::Vec3(1, level, 0));
@@ -162,6 +165,9 @@ TEST(FluidDamBreak, KeepsItsVolumeWithinOnePercentWithTheCorrection) {
 
 // Ten seconds of water that runs from end to end.
 TEST(FluidSloshing, KeepsItsVolumeWithinOnePercentWithTheCorrectionAndThreeWithoutInThreeDimensions) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes, and other tests run the same code";
+#endif
   for (const bool corrected : {true, false}) {
     Scene scene = tank(3, 0.025, kRungs[1], base::Vec3(0, 0, 0), base::Vec3(1, 0.2, 0.2));
     Body heap = scene.bodies[0];
@@ -177,6 +183,9 @@ TEST(FluidSloshing, KeepsItsVolumeWithinOnePercentWithTheCorrectionAndThreeWitho
 
 // Without it the same liquid drifts: the tests above could fail.
 TEST(FluidDamBreak, DriftsWithoutTheCorrection) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "takes minutes, and other tests run the same code";
+#endif
   Scene scene = tank(2, 0.02, kRungs[1], base::Vec3(0, 0, 0), base::Vec3(0.4, 0.4, 0));
   scene.options.volume_correction = 0;
   EXPECT_GT(std::abs(run(scene, 240).back().volume_drift.value()), 0.015);
