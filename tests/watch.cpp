@@ -108,25 +108,32 @@ TEST(Watch, NamesAParticleThatGoesTooFar) {
 
 namespace {
 
+/// Two bodies in the middle of a step: forces are on the grid, and no particle knows of them.
+struct HalfAStep {
+  Scene scene = jelly(kDouble);
+  Solids<2> solids{scene, Lattice<2>({20, 20}, {true, true})};
+  std::vector<Group<2, double>> groups = seed_groups<2, double>(scene, solids);
+  SolidStep<2, double> step{scene, solids};
+  base::Ledger ledger;
+  HalfAStep() {
+    step.scatter(1e-3, groups, ledger);
+    step.update(1e-3, base::Vec3(0, -9.81, 0), ledger);
+  }
+};
+
 /// What nodes and particles of two bodies hold after P2G, with a change to the particles in between.
 std::string compared_after(const std::function<void(std::vector<Group<2, double>>&)>& change) {
-  Scene scene = jelly(kDouble);
-  const Solids<2> solids(scene, Lattice<2>({20, 20}, {true, true}));
-  auto groups = seed_groups<2, double>(scene, solids);
-  SolidStep<2, double> step(scene, solids);
-  base::Ledger ledger;
-  step.scatter(1e-3, groups, ledger);
-  step.update(1e-3, base::Vec3(0, -9.81, 0), ledger);
-  change(groups);
+  HalfAStep half;
+  change(half.groups);
   MassAndMomentum particles;
-  for (const auto& g : groups)
+  for (const auto& g : half.groups)
     for (std::size_t p = 0; p < g.particles.size(); ++p) {
       particles.mass.head<2>().array() += g.particles.mass;
       particles.momentum.head<2>() += g.particles.mass * g.particles.velocity(p);
     }
   EXPECT_GT(particles.mass.x(), 100);
   try {
-    check_p2g(2, Places::nodes, {base::Vec3(step.scattered().mass, step.scattered().mass, 0), step.scattered().momentum}, particles,
+    check_p2g(2, Places::nodes, {base::Vec3(half.step.scattered().mass, half.step.scattered().mass, 0), half.step.scattered().momentum}, particles,
               particles.mass.x(), /*single_precision=*/false);
   } catch (const Unstable& e) {
     return e.what();
@@ -171,16 +178,10 @@ TEST(Watch, NamesAPressureThatDoesNotConverge) {
 }
 
 TEST(Watch, MeasuresWhatParticlesTakeBack) {
-  Scene scene = jelly(kDouble);
-  const Solids<2> solids(scene, Lattice<2>({20, 20}, {true, true}));
-  auto groups = seed_groups<2, double>(scene, solids);
-  SolidStep<2, double> step(scene, solids);
-  base::Ledger ledger;
-  step.scatter(1e-3, groups, ledger);
-  step.update(1e-3, base::Vec3(0, -9.81, 0), ledger);
-  const StepLimits limits = step.gather(1e-3, 0, groups, ledger);
+  HalfAStep half;
+  const StepLimits limits = half.step.gather(1e-3, 0, half.groups, half.ledger);
   base::Vec3 momentum = base::Vec3::Zero();
-  for (const auto& g : groups)
+  for (const auto& g : half.groups)
     for (std::size_t p = 0; p < g.particles.size(); ++p) momentum.head<2>() += g.particles.mass * g.particles.velocity(p);
   ASSERT_GT(momentum.norm(), 0.1);
   EXPECT_NEAR((limits.momentum - momentum).norm(), 0, 1e-12 * 100);

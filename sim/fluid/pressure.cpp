@@ -285,14 +285,15 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
   const auto is_deep = [&](std::ptrdiff_t i) {
     return i >= 0 && cells.kind[std::size_t(i)] == CellKind::liquid && (cells.distance.empty() || cells.distance[std::size_t(i)] <= kDeep);
   };
+  const auto is_beside_deep = [&](std::size_t i) {
+    for (int a = 0; a < D; ++a)
+      if (is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1))) return true;
+    return false;
+  };
   return base::ordered_reduce(blocks.count(), kBlocksAtOnce, LiquidVolume{}, [&](std::size_t begin, std::size_t end) {
     LiquidVolume volume;
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (cells.kind[i] == CellKind::air && filling[i] > 0) {
-        bool deep = false;
-        for (int a = 0; a < D && !deep; ++a) deep = is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1));
-        if (deep) volume.bulk_filling += double(filling[i]);
-      }
+      if (cells.kind[i] == CellKind::air && filling[i] > 0 && is_beside_deep(i)) volume.bulk_filling += double(filling[i]);   // on top of the liquid
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)
@@ -309,9 +310,7 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
       const bool is_cut = !cells.open.is_open(i / per_block) && has_cut_face(i, cells, blocks);
       const double here = (is_cut ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
       volume.all += here;
-      bool deep = !is_cut && is_deep(std::ptrdiff_t(i));
-      for (int a = 0; a < D && !deep && !is_cut; ++a) deep = is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1));
-      if (deep) volume.bulk += here, volume.bulk_filling += double(filling[i]);
+      if (!is_cut && (is_deep(std::ptrdiff_t(i)) || is_beside_deep(i))) volume.bulk += here, volume.bulk_filling += double(filling[i]);
     }
     return volume;
   }, [](const LiquidVolume& s, const LiquidVolume& t) {
