@@ -30,7 +30,7 @@ Stress<D, Real> averaged_stress(const Group<D, Real>& group, std::size_t p, Real
 /// The fast path of one group in one block: `begin` are the ranges of its nodes.
 void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begin, float impulse, NodeSums<3, float>& sums) {
   constexpr int size = NodeSums<3, float>::kSize, per_block = Lattice<3>::kCellsPerBlock;
-  std::array<float, std::size_t(4 * size)> carried;
+  std::array<float, std::size_t(4 * size + lanes::kTileSlack)> carried;
   const Particles<3, float>& p = group.particles;
   const float weight = float(group.weight), factor = impulse / weight;
   float* const coefficients = const_cast<float*>(p.coefficients.data());   // a scatter only reads them

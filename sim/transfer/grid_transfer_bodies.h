@@ -77,34 +77,35 @@ class BlockSums {
         const int from_lower = at[a] - lower_[a];   // too far: the particle's nearest node is the first of a periodic axis
         first += (from_lower + n > kEdge ? from_lower - cells_[a] : from_lower) * kStride[a];
       }
-      for (std::size_t node = 0; node < w.size(); ++node) sums_[l][std::size_t(first + kSteps[node])] += w[node];
+      for (std::size_t node = 0; node < w.size(); ++node) field(l)[first + kSteps[node]] += w[node];
       for (int k = 0; k < Layout::kComponents; ++k) {
         const int component = Layout::component(l, k);
         const std::span<const Real> c = particles.component(p, component);
         Tensor<Real, n, D> value{};
         for (std::size_t r = 0; r < place.size(); ++r) value[place[r]] = c[r];
         evaluate<D>(stencil, value);
-        std::array<Real, kSize>& momentum = sums_[Layout::kLattices + component];
-        for (std::size_t node = 0; node < w.size(); ++node) momentum[std::size_t(first + kSteps[node])] += w[node] * value[node];
+        Real* const momentum = field(Layout::kLattices + component);
+        for (std::size_t node = 0; node < w.size(); ++node) momentum[first + kSteps[node]] += w[node] * value[node];
       }
     }
   }
 
-  /// All of it: kFields fields of kEdge^D numbers.
-  Real* data() { return sums_.front().data(); }
+  void clear() { sums_.fill(0); }
+  /// All of it: kFields fields of kEdge^D numbers, and what a fast scatter writes behind them. Not cleared.
+  Real* data() { return sums_.data(); }
 
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
       for (int l = 0; l < Layout::kLattices; ++l) {
         Real* const __restrict mass = &Layout::mass(grid.mass, l)[to];
-        const Real* const __restrict own = &sums_[l][std::size_t(from)];
+        const Real* const __restrict own = field(l) + from;
         for (int k = 0; k < count; ++k) mass[k] += own[k];
       }
       for (int c = 0; c < D; ++c) {
         constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
         Real* const __restrict momentum = &Layout::at(grid.velocity, c, to);
-        const Real* const __restrict own = &sums_[Layout::kLattices + c][std::size_t(from)];
+        const Real* const __restrict own = field(Layout::kLattices + c) + from;
         for (int k = 0; k < count; ++k) momentum[k * step] += own[k];
       }
     });
@@ -114,7 +115,10 @@ class BlockSums {
   static constexpr std::size_t kSize = std::size_t(int_power(kEdge, D));
   Cell<D> lower_;                                              // the node at index 0
   Cell<D> cells_;                                              // of the domain
-  std::array<std::array<Real, kSize>, kFields> sums_{};        // masses by lattice, momenta by component
+  Real* field(int f) { return &sums_[std::size_t(f) * kSize]; }
+  const Real* field(int f) const { return &sums_[std::size_t(f) * kSize]; }
+
+  std::array<Real, kFields * kSize + lanes::kTileSlack> sums_;   // masses by lattice, momenta by component
 };
 
 /// The fast path's kernels for a mode set; null where there are none.
@@ -232,6 +236,7 @@ void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const Ce
         if constexpr (std::is_same_v<Real, float>)   // the kernels only read
           kernels_.scatter(lanes_of(ranges, b, particles, const_cast<Real*>(particles.coefficients.data())), sums.data());
       } else {
+        sums.clear();
         for (std::size_t p = ranges.begin[b * per_block]; p < ranges.begin[(b + 1) * per_block]; ++p) sums.template add<Basis>(particles, p, place_);
       }
       sums.add_to(grid, blocks, block);

@@ -114,8 +114,8 @@ constexpr bool keeps(int a, int b, int c) {
 template <int n_, int count_, bool faces_>
 struct Shape {
   static constexpr int n = n_, count = count_, tile = Lattice<3>::kBlock + n, places = tile * tile * tile;
-  static constexpr int padded = (places + 3) / 4 * 4;
   static constexpr bool faces = faces_;
+  static constexpr int kRow = 3 * count;                               // numbers of a particle
   static constexpr int modes = count == 1 ? 1 : count == 27 ? 3 : 2;   // of an axis
   static constexpr int lattices = faces ? 3 : 1, fields = lattices + 3;
   /// Of axis `axis` on lattice l.
@@ -141,10 +141,21 @@ HWY_INLINE void transpose(V& r0, V& r1, V& r2, V& r3) {
   r2 = hn::BitCast(kTag, hn::InterleaveLower(pairs, t1, t3)), r3 = hn::BitCast(kTag, hn::InterleaveUpper(pairs, t1, t3));
 }
 
+/// Offsets of eight particles of all from p on; 0 behind the last one.
+HWY_INLINE void load_offsets(const Block& block, std::uint32_t p, V (&t)[3]) {
+  if (p + kLanes <= block.particles) {
+    hn::LoadInterleaved3(kTag, block.offset + 3 * std::size_t(p), t[0], t[1], t[2]);
+    return;
+  }
+  HWY_ALIGN float some[3 * kLanes] = {};
+  std::memcpy(some, block.offset + 3 * std::size_t(p), sizeof(float) * 3 * std::size_t(block.particles - p));
+  hn::LoadInterleaved3(kTag, some, t[0], t[1], t[2]);
+}
+
 /// Eight particles: where their coefficients are, and which lanes count.
 template <class S>
 struct Batch {
-  static constexpr int kRow = 3 * S::count;
+  static constexpr int kRow = S::kRow;
   float* at[kLanes];
   V t[3];
   int size;
@@ -154,23 +165,9 @@ struct Batch {
       const std::uint32_t q = p + std::uint32_t(l < lanes ? l : 0);
       at[l] = l < lanes || !spare ? block.coefficients + std::size_t(through_rows ? block.row[q] : q) * kRow : spare;
     }
-    if (p + kLanes <= block.particles) {   // lanes that do not count get the offsets of others
-      hn::LoadInterleaved3(kTag, block.offset + 3 * std::size_t(p), t[0], t[1], t[2]);
-    } else {
-      HWY_ALIGN float some[3 * kLanes] = {};
-      std::memcpy(some, block.offset + 3 * std::size_t(p), sizeof(float) * 3 * std::size_t(lanes));
-      hn::LoadInterleaved3(kTag, some, t[0], t[1], t[2]);
-    }
+    load_offsets(block, p, t);   // lanes that do not count get the offsets of others
   }
 
-  HWY_INLINE void load4(int from, V& c0, V& c1, V& c2, V& c3) const {
-    constexpr Half half{};
-    c0 = hn::Combine(kTag, hn::LoadU(half, at[4] + from), hn::LoadU(half, at[0] + from));
-    c1 = hn::Combine(kTag, hn::LoadU(half, at[5] + from), hn::LoadU(half, at[1] + from));
-    c2 = hn::Combine(kTag, hn::LoadU(half, at[6] + from), hn::LoadU(half, at[2] + from));
-    c3 = hn::Combine(kTag, hn::LoadU(half, at[7] + from), hn::LoadU(half, at[3] + from));
-    transpose(c0, c1, c2, c3);
-  }
   HWY_INLINE void store4(int from, V c0, V c1, V c2, V c3) const {
     constexpr Half half{};
     transpose(c0, c1, c2, c3);
@@ -191,24 +188,6 @@ template <int count, int modes>
 HWY_INLINE V& coefficient(V (&c)[modes][modes][modes], int r) {
   const ModeIndex<3>& mode = kSupplementOrder3[r];
   return c[mode[0]][mode[1]][mode[2]];
-}
-
-template <class S>
-HWY_INLINE void load_component(const Batch<S>& batch, int component, V (&c)[S::modes][S::modes][S::modes]) {
-  if constexpr (S::count == 1) {
-    HWY_ALIGN float one[kLanes];
-    for (int l = 0; l < kLanes; ++l) one[l] = batch.at[l][component];
-    c[0][0][0] = hn::Load(kTag, one);
-  } else {
-#pragma GCC unroll 7
-    for (int g = 0; g < (S::count + 3) / 4; ++g) {
-      constexpr auto start = group_start<S::count>;
-      V c0, c1, c2, c3;
-      batch.load4(component * S::count + start(g), c0, c1, c2, c3);
-      coefficient<S::count>(c, start(g)) = c0, coefficient<S::count>(c, start(g) + 1) = c1;
-      coefficient<S::count>(c, start(g) + 2) = c2, coefficient<S::count>(c, start(g) + 3) = c3;
-    }
-  }
 }
 
 template <class S>

@@ -20,7 +20,10 @@ struct Block {
   float* coefficients = nullptr;          // rows of three components
 };
 
-/// Adds what the particles bring: masses and momenta, fields of kTile^3 numbers in the order mass (one a lattice), momentum x, y, z.
+/// Of a scatter's tile, behind its fields: whole vectors are added to its nodes.
+inline constexpr int kTileSlack = 4;
+/// Sets the tile to what the particles bring: masses and momenta, fields of kTile^3 numbers in the order mass (one a lattice), momentum x, y, z;
+/// kTileSlack numbers more are written.
 using Scatter = void (*)(const Block&, float* tile);
 
 /// What a gather reads and writes besides the particles.
