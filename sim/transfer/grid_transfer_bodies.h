@@ -94,6 +94,13 @@ class BlockSums {
   /// All of it: kFields fields of kEdge^D numbers, and what a fast scatter writes behind them. Not cleared.
   Real* data() { return sums_.data(); }
 
+  /// Calls for the grid's fields, which blocks of a colour leave and come back to.
+  static void prefetch(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) {
+    blocks.template for_tile<kEdge>(block, [&](int, std::size_t at, auto) {
+      for (int l = 0; l < Layout::kLattices; ++l) __builtin_prefetch(&Layout::mass(grid.mass, l)[at], 1);
+      for (int c = 0; c < (Layout::kLattices == 1 ? 1 : D); ++c) __builtin_prefetch(&Layout::at(grid.velocity, c, at), 1);
+    });
+  }
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
@@ -233,6 +240,7 @@ void GridTransfer<Layout>::scatter(const Particles<D, Real>& particles, const Ce
     for_blocks_by_colour<D>(ranges, blocks.lattice(), [&](std::size_t b, const Cell<D>& block) {
       BlockSums<Layout, Basis::kNodes> sums(block, blocks.lattice());
       if (fast) {
+        sums.prefetch(grid, blocks, block);
         if constexpr (std::is_same_v<Real, float>)   // the kernels only read
           kernels_.scatter(lanes_of(ranges, b, particles, const_cast<Real*>(particles.coefficients.data())), sums.data());
       } else {

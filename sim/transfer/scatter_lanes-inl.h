@@ -86,6 +86,8 @@ constexpr auto kNumber = [] {
   return number;
 }();
 
+constexpr std::uint32_t kAhead = 32;   // particles whose rows are called for before they are needed
+
 /// Calls for the row of a particle to come: it lies where the last sort left it, and no hardware guesses that.
 template <class S>
 HWY_INLINE void prefetch_row(const float* coefficients) {
@@ -101,7 +103,6 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
                              std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
   using P = Plane<StagedRows<S, stressed>::kEdge>;
   constexpr int wx = S::width(l, 0), wy = S::width(l, 1), components = S::faces ? 1 : 3;
-  constexpr std::uint32_t kAhead = 16;
   const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
   P mass[wx], momentum[components][wx];
 #pragma GCC unroll 4
@@ -174,9 +175,11 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
 template <class S, bool stressed>
 HWY_INLINE void scatter_particles(const Block& block, const float* stress, float factor, float* HWY_RESTRICT tile) {
   constexpr int edge = Lattice<3>::kBlock, cells = Lattice<3>::kCellsPerBlock;
+  const std::uint32_t end = block.begin[cells];
+  if (block.row)
+    for (std::uint32_t p = block.begin[0]; p < end && p < block.begin[0] + kAhead; ++p) prefetch_row<S>(block.coefficients + std::size_t(block.row[p]) * S::kRow);
   std::memset(tile, 0, sizeof(float) * std::size_t(S::fields * S::places + kTileSlack));
   StagedRows<S, stressed> rows;
-  const std::uint32_t end = block.begin[cells];
   int cell = 0;
   for (std::uint32_t first = block.begin[0]; first < end; first += rows.kMost) {
     const std::uint32_t staged = end - first < std::uint32_t(rows.kMost) ? end - first : std::uint32_t(rows.kMost), stop = first + staged;
