@@ -116,7 +116,7 @@ struct Case {
   Kernel kernel;
   int modes;
   bool deformation = false;
-  int edge = 50;
+  int edge = 52;   // whole blocks
   int threads = 2;
   int margin = 1;
   bool plain = false;
@@ -205,7 +205,7 @@ std::string scheme(int modes) { return modes == 1 ? "pic" : modes == 4 ? "apic" 
 template <class Layout>
 void add(const std::string& layout, Case c) {
   c.name = "transfer/3d/" + std::string(c.kernel == Kernel::linear ? "linear/" : "quadratic/") + layout + "/" + scheme(c.modes) +
-           (c.deformation ? "_F" : "") + (c.plain ? "/plain" : "") + (c.edge == 50 ? "" : "/" + std::to_string(kPerCell * c.edge * c.edge * c.edge)) +
+           (c.deformation ? "_F" : "") + (c.plain ? "/plain" : "") + (c.edge == 52 ? "" : "/" + std::to_string(kPerCell * c.edge * c.edge * c.edge)) +
            (c.margin == 1 ? "" : "/in_a_domain_8_times_as_wide") + (c.threads == 2 ? "" : "/threads:" + std::to_string(c.threads));
   const auto one = [c](benchmark::State& state) { run<Layout>(state, c); };
   benchmark::RegisterBenchmark(c.name.c_str(), one)->Unit(benchmark::kMillisecond);

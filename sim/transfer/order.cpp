@@ -4,35 +4,20 @@
 
 #include <array>
 #include <limits>
+#include <type_traits>
 #include <utility>
+
+#include "base/prefetch.h"
 
 namespace sim {
 namespace {
 
-constexpr std::size_t kAhead = 48;     // particles whose data are called for before they are needed
+namespace hn = hwy::HWY_NAMESPACE;
+constexpr int kLanes = 8;
+using Numbers = hn::FixedTag<std::int32_t, kLanes>;
+constexpr Numbers kNumbers{};
+
 constexpr std::size_t kShortRow = 8;   // numbers: as cheap to move as to look up
-
-/// Numbers of blocks that were looked up last: particles of one block mostly follow each other, and its neighbours come again.
-template <int D>
-class RecentBlocks {
- public:
-  /// What find(key) gives, from memory where possible.
-  template <class Find>
-  std::int32_t operator()(const Cell<D>& block, std::int64_t key, const Find& find) {
-    unsigned place = 0;
-    for (int a = 0; a < D; ++a) place = place << 3 | (unsigned(block[a]) & 7);
-    Entry& e = entries_[place];
-    if (e.key != key) e = {key, find(key)};
-    return e.number;
-  }
-
- private:
-  struct Entry {
-    std::int64_t key = -1;
-    std::int32_t number = -1;
-  };
-  std::array<Entry, std::size_t(D == 2 ? 64 : 512)> entries_{};
-};
 
 /// The place a particle belongs to.
 template <int D, class Real>
@@ -46,48 +31,149 @@ Cell<D> home_of(const Particles<D, Real>& particles, std::size_t p, const Lattic
   return at;
 }
 
-/// The cell of a particle that belongs to `place`: home_of, backwards.
-template <int D, class Real>
-Cell<D> cell_of(Cell<D> place, const Vec<D, Real>& offset, const Lattice<D>& lattice, Home home) {
-  if (home == Home::cell) return place;
-  for (int a = 0; a < D; ++a) {
-    place[a] -= offset[a] >= Real(0.5);
-    place[a] += lattice.cells[a] & place[a] >> 31;   // below 0 on a periodic axis only
+/// Where eight particles belong: cells in their blocks, and blocks as coordinates from `origin` on, cut into the three lowest bits of each, `slot`,
+/// and ten more, `tag`; the tag is -1 where that does not hold them.
+struct EightHomes {
+  static constexpr int kLow = 3, kHigh = 10;   // bits
+  alignas(32) std::array<std::int32_t, kLanes> local, slot, tag;
+
+  /// The block that has `block` in the middle of what is held.
+  template <int D>
+  static Cell<D> origin(Cell<D> block) {
+    for (int& b : block) b -= 1 << (kLow + kHigh - 1);
+    return block;
   }
-  return place;
-}
-
-/// How many of `ids`, in groups of eight, are smaller than `own`. Written for the vector unit: compilers unroll the loop into branches.
-std::size_t count_below(const std::int32_t* ids, std::size_t count, std::int32_t own) {
-  namespace hn = hwy::HWY_NAMESPACE;
-  constexpr hn::FixedTag<std::int32_t, 8> tag{};
-  std::size_t below = 0;
-  for (std::size_t g = 0; g < count; g += 8) below += hn::CountTrue(tag, hn::Lt(hn::Load(tag, ids + g), hn::Set(tag, own)));
-  return below;
-}
-
-/// Calls place(k, particle) for the particles of a cell, k their number by id. Few are ranked by counting: no branch depends on ids.
-template <class Place>
-void place_by_id(std::uint32_t* from, std::size_t count, const std::vector<std::int64_t>& id, const Place& place) {
-  constexpr std::size_t kFew = 32;
-  constexpr std::int64_t kLast = std::numeric_limits<std::int32_t>::max();
-  if (count <= kFew) {
-    alignas(32) std::array<std::int32_t, kFew> ids;
-    std::array<std::uint32_t, kFew> own;
-    ids.fill(std::int32_t(kLast));
-    std::int64_t largest = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      own[i] = from[i];
-      largest = std::max(largest, id[own[i]]);
-      ids[i] = std::int32_t(id[own[i]]);
+  template <int D, class Real>
+  EightHomes(const Particles<D, Real>& particles, std::size_t p, const Lattice<D>& lattice, Home home, const std::type_identity_t<Cell<D>>& origin) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Cell<D> at = home_of(particles, p + lane, lattice, home), block = Lattice<D>::block_of(at);
+      local[lane] = Lattice<D>::local_of(at);
+      slot[lane] = tag[lane] = 0;
+      int all = 0;
+      for (int a = 0; a < D; ++a) {
+        const int from_origin = block[a] - origin[a];
+        slot[lane] = slot[lane] << kLow | (from_origin & ((1 << kLow) - 1));
+        tag[lane] = tag[lane] << kHigh | (from_origin >> kLow & ((1 << kHigh) - 1));
+        all |= from_origin;
+      }
+      if (all >> (kLow + kHigh)) tag[lane] = -1;
     }
-    if (largest < kLast) {
-      for (std::size_t i = 0; i < count; ++i) place(count_below(ids.data(), count, ids[i]), own[i]);
+  }
+  EightHomes(const Particles<3, float>& particles, std::size_t p, const Lattice<3>& lattice, Home home, const Cell<3>& origin) {
+    hn::Vec<Numbers> at[3];
+    hn::LoadInterleaved3(kNumbers, particles.cell[p].data(), at[0], at[1], at[2]);
+    if (home == Home::nearest_node) {
+      constexpr hn::FixedTag<float, kLanes> real{};
+      hn::Vec<decltype(real)> offset[3];
+      hn::LoadInterleaved3(real, particles.offset[p].data(), offset[0], offset[1], offset[2]);
+      for (int a = 0; a < 3; ++a) {
+        at[a] = hn::Sub(at[a], hn::VecFromMask(kNumbers, hn::RebindMask(kNumbers, hn::Ge(offset[a], hn::Set(real, 0.5f)))));   // a mask is -1
+        if (lattice.periodic[a]) at[a] = hn::IfThenZeroElse(hn::Eq(at[a], hn::Set(kNumbers, lattice.cells[a])), at[a]);
+      }
+    }
+    const auto low = hn::Set(kNumbers, (1 << kLow) - 1), cell = hn::Set(kNumbers, Lattice<3>::kBlock - 1);
+    hn::Vec<Numbers> locals = hn::Zero(kNumbers), slots = locals, tags = locals, all = locals;
+    for (int a = 0; a < 3; ++a) {
+      const auto from_origin = hn::Sub(hn::ShiftRight<2>(at[a]), hn::Set(kNumbers, origin[a]));
+      locals = hn::Or(hn::ShiftLeft<2>(locals), hn::And(at[a], cell));
+      slots = hn::Or(hn::ShiftLeft<kLow>(slots), hn::And(from_origin, low));
+      tags = hn::Or(hn::ShiftLeft<kHigh>(tags), hn::ShiftRight<kLow>(from_origin));
+      all = hn::Or(all, from_origin);
+    }
+    tags = hn::IfThenElse(hn::Eq(hn::ShiftRight<kLow + kHigh>(all), hn::Zero(kNumbers)), tags, hn::Set(kNumbers, -1));
+    hn::Store(locals, kNumbers, local.data()), hn::Store(slots, kNumbers, slot.data()), hn::Store(tags, kNumbers, tag.data());
+  }
+};
+
+/// Numbers of blocks that were looked up last: particles of one block mostly follow each other, and its neighbours come again.
+template <int D>
+class RecentBlocks {
+ public:
+  bool has(std::int32_t slot, std::int32_t tag) const { return entries_[std::size_t(slot)].tag == tag; }
+  bool has_all(const EightHomes& homes) const {
+    bool all = true;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) all = all & has(homes.slot[lane], homes.tag[lane]);
+    return all;
+  }
+  std::uint32_t number(std::int32_t slot) const { return entries_[std::size_t(slot)].number; }
+  void set(std::int32_t slot, std::int32_t tag, std::int32_t number) { entries_[std::size_t(slot)] = {tag, std::uint32_t(number)}; }
+
+ private:
+  struct Entry {
+    std::int32_t tag = -2;
+    std::uint32_t number = 0;
+  };
+  std::array<Entry, std::size_t(D == 2 ? 64 : 512)> entries_{};
+};
+
+/// Sorts the particles of a cell by id into `sorted`, which may be written up to kMost numbers behind them; `from` is read as far. Few are ranked by
+/// counting: no branch depends on ids.
+class ById {
+ public:
+  static constexpr std::size_t kMost = 16;
+
+  explicit ById(const std::vector<std::int64_t>& id) : id_(id.data()) {}
+  void operator()(const std::uint32_t* from, std::size_t count, std::uint32_t* sorted) const {
+    constexpr std::int64_t kLast = std::numeric_limits<std::int32_t>::max();
+    alignas(32) std::array<std::int32_t, kMost> ids;
+    std::int64_t all = 0;
+    if (count <= kMost) {
+      for (std::size_t g = 0; g < count; g += 4)   // by fours: counts differ less
+        for (std::size_t i = g; i < g + 4; ++i) {
+          const std::int64_t id = id_[from[i]];
+          all |= id;
+          ids[i] = std::int32_t(id);
+        }
+    }
+    if (count > kMost || all >= kLast) {
+      std::copy_n(from, count, sorted);
+      std::sort(sorted, sorted + count, [&](std::uint32_t a, std::uint32_t b) { return id_[a] < id_[b]; });
+      return;
+    }
+    const auto last = hn::Set(kNumbers, std::int32_t(kLast));
+    const auto lower = hn::IfThenElse(hn::FirstN(kNumbers, count), hn::Load(kNumbers, ids.data()), last);
+    const auto upper = hn::IfThenElse(hn::FirstN(kNumbers, std::max<std::size_t>(count, kLanes) - kLanes), hn::Load(kNumbers, ids.data() + kLanes), last);
+    for (std::size_t g = 0; g < count; g += 4)
+      for (std::size_t i = g; i < g + 4; ++i) {
+        const auto own = hn::Set(kNumbers, ids[i]);
+        const std::size_t below = hn::CountTrue(kNumbers, hn::Lt(lower, own)) + hn::CountTrue(kNumbers, hn::Lt(upper, own));
+        sorted[i < count ? below : count] = from[i];
+      }
+  }
+
+ private:
+  const std::int64_t* id_;
+};
+
+/// Sets the cells of a cell's particles, `count` from `first` on. Up to `room` may be written: what comes behind is set later.
+template <int D>
+void fill_cells(const Cell<D>& cell, std::size_t count, std::size_t room, Cell<D>* first) {
+  if constexpr (D == 3) {
+    constexpr std::size_t kMost = 16;
+    if (count <= kMost && room >= kMost) {
+      alignas(32) constexpr std::array<std::int32_t, 24> kAxis{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2};
+      alignas(32) const std::array<std::int32_t, kLanes> axes{cell[0], cell[1], cell[2]};
+      const auto three = hn::Load(kNumbers, axes.data());
+      for (int part = 0; part < 3; ++part) {
+        const auto row = hn::TableLookupLanes(three, hn::SetTableIndices(kNumbers, kAxis.data() + part * kLanes));
+        for (std::size_t eight = 0; eight < kMost; eight += kLanes) hn::StoreU(row, kNumbers, first[eight].data() + part * kLanes);
+      }
       return;
     }
   }
-  std::sort(from, from + count, [&](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
-  for (std::size_t i = 0; i < count; ++i) place(i, from[i]);
+  std::fill_n(first, count, cell);
+}
+
+/// Places of particles become their cells: home_of, backwards.
+template <int D, class Real>
+void cells_of_homes(std::size_t count, const Vec<D, Real>* offset, const Lattice<D>& lattice, bool at_lower_side, Cell<D>* cell) {
+  std::int32_t* const at = cell->data();
+  const Real* const x = offset->data();
+  for (std::size_t i = 0; i < count * std::size_t(D); ++i) at[i] -= x[i] >= Real(0.5);
+  if (!at_lower_side) return;
+  for (std::size_t p = 0; p < count; ++p)
+    for (int a = 0; a < D; ++a)
+      if (lattice.periodic[a] && cell[p][a] < 0) cell[p][a] += lattice.cells[a];
 }
 
 }  // namespace
@@ -106,18 +192,32 @@ void CanonicalOrder<D, Real>::find_cells(const Particles<D, Real>& particles, co
     std::vector<std::uint32_t>& counts = counts_[begin / part];
     std::vector<New>& unknown = found[begin / part];
     counts.assign(known * per_block, 0);
+    if (begin == end) return;
     RecentBlocks<D> recent;
-    for (std::size_t p = begin; p < end; ++p) {
-      const Cell<D> at = home_of(particles, p, lattice, home), block = Lattice<D>::block_of(at);
-      const std::int64_t key = lattice.block_key(block);
-      const std::int32_t number = recent(block, key, [&](std::int64_t k) { return table_.find(k); });
-      if (number < 0) {
-        unknown.push_back({std::uint32_t(p), key});
-      } else {
-        cell_[p] = std::uint32_t(number) * std::uint32_t(per_block) + std::uint32_t(Lattice<D>::local_of(at));
-        ++counts[cell_[p]];
+    const Cell<D> origin = EightHomes::origin<D>(Lattice<D>::block_of(home_of(particles, begin, lattice, home)));
+    const auto set = [&](std::size_t p, std::uint32_t number, std::int32_t local) {
+      cell_[p] = number * std::uint32_t(per_block) + std::uint32_t(local);
+      ++counts[cell_[p]];
+    };
+    const auto look_up = [&](std::size_t p) {
+      const Cell<D> at = home_of(particles, p, lattice, home);
+      const std::int64_t key = lattice.block_key(Lattice<D>::block_of(at));
+      const std::int32_t number = table_.find(key);
+      if (number < 0) unknown.push_back({std::uint32_t(p), key});
+      else set(p, std::uint32_t(number), Lattice<D>::local_of(at));
+      return number;
+    };
+    std::size_t p = begin;
+    for (; p + kLanes <= end; p += kLanes) {
+      const EightHomes homes(particles, p, lattice, home, origin);
+      const bool all = recent.has_all(homes);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::int32_t slot = homes.slot[lane], tag = homes.tag[lane];
+        if (all || recent.has(slot, tag)) set(p + lane, recent.number(slot), homes.local[lane]);
+        else if (const std::int32_t number = look_up(p + lane); number >= 0 && tag >= 0) recent.set(slot, tag, number);
       }
     }
+    for (; p < end; ++p) look_up(p);
   });
   std::vector<std::int64_t> fresh;
   for (const auto& unknown : found)
@@ -170,7 +270,7 @@ template <int D, class Real>
 CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const Lattice<D>& lattice, Home home) {
   constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
   const std::size_t count = particles.size(), part = std::max<std::size_t>((count + kParts - 1) / kParts, 1);
-  cell_.resize(count), from_.resize(count);
+  cell_.resize(count), from_.resize(count + ById::kMost);
   find_cells(particles, lattice, home);
   CellRanges ranges = add_up(home);
   base::parallel_chunks(count, part, [&](std::size_t begin, std::size_t end) {
@@ -183,26 +283,36 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   const bool moves_rows = has_short_rows(particles.row());
   if (particles.rows.empty()) particles.rows.swap(sorted_.rows), particles.rows.clear();   // its storage serves again
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
-  const std::size_t cells = ranges.occupied.size() * per_block;
-  base::parallel_chunks(cells, 16 * per_block, [&](std::size_t begin, std::size_t end) {
-    std::size_t ahead = ranges.begin[begin];
-    Cell<D> block{};
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t first = ranges.begin[k], last = ranges.begin[k + 1];
-      if (k % per_block == 0) block = lattice.block_at(ranges.occupied[k / per_block]);
-      for (const std::size_t until = std::min<std::size_t>(last + kAhead, count); ahead < until; ++ahead) {   // where they come from is no pattern
-        const std::size_t q = from_[ahead];
-        __builtin_prefetch(&particles.id[q]), __builtin_prefetch(&particles.offset[q]);
+  const ById by_id(particles.id);
+  base::parallel_chunks(ranges.occupied.size(), 16, [&](std::size_t first_block, std::size_t end_block) {
+    std::vector<std::uint32_t> sorted;
+    const std::size_t end = ranges.begin[end_block * per_block];
+    const auto call_for = [&](std::size_t at) {   // where they come from is no pattern
+      const std::size_t q = from_[at < end ? at : end - 1];
+      base::prefetch(&particles.id[q]), base::prefetch(&particles.offset[q]);
+    };
+    for (std::size_t b = first_block; b < end_block; ++b) {
+      const std::uint32_t* const begin_of = &ranges.begin[b * per_block];
+      const std::size_t first = begin_of[0], held = begin_of[per_block] - first;
+      sorted.resize(std::max(sorted.size(), held + ById::kMost));
+      const Cell<D> block = lattice.block_at(ranges.occupied[b]);
+      for (std::size_t k = 0; k < per_block; ++k) {
+        const std::size_t at = begin_of[k] - first, in_cell = begin_of[k + 1] - begin_of[k];
+        if (in_cell == 0) continue;
+        by_id(&from_[first + at], in_cell, &sorted[at]);
+        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), in_cell, held - at, &sorted_.cell[first + at]);
       }
-      if (first == last) continue;
-      const Cell<D> place = Lattice<D>::cell_in(block, int(k % per_block));
-      place_by_id(from_.data() + first, last - first, particles.id, [&](std::size_t k_in_cell, std::uint32_t q) {
-        const std::size_t p = first + k_in_cell;
-        from_[p] = q;
-        const Vec<D, Real> offset = particles.offset[q];
-        sorted_.cell[p] = cell_of<D, Real>(place, offset, lattice, home), sorted_.offset[p] = offset, sorted_.id[p] = particles.id[q];
-        if (!moves_rows) sorted_.rows[p] = std::uint32_t(particles.row_of(q));
-      });
+      for (std::size_t k = 0; k < held; ++k) {
+        call_for(first + held + k);   // the next block's
+        const std::uint32_t q = sorted[k];
+        from_[first + k] = q;
+        sorted_.offset[first + k] = particles.offset[q], sorted_.id[first + k] = particles.id[q];
+        if (!moves_rows) sorted_.rows[first + k] = std::uint32_t(particles.row_of(q));
+      }
+      if (home == Home::nearest_node) {
+        const bool at_lower_side = std::any_of(block.begin(), block.end(), [](int at) { return at == 0; });
+        cells_of_homes<D, Real>(held, &sorted_.offset[first], lattice, at_lower_side, &sorted_.cell[first]);
+      }
     }
   });
   particles.cell.swap(sorted_.cell), particles.offset.swap(sorted_.offset), particles.id.swap(sorted_.id);
@@ -215,7 +325,7 @@ template <int D, class Real>
 std::int64_t CanonicalOrder<D, Real>::bytes(const Particles<D, Real>& particles) const {
   const auto bytes_of = [](const auto& column) { return std::int64_t(column.size() * sizeof(column[0])); };
   // Rows lie here or with the particles; a gather empties them, but their storage stays.
-  const auto rows = std::int64_t(std::min(std::max(particles.rows.capacity(), sorted_.rows.capacity()), from_.size()) * sizeof(std::uint32_t));
+  const auto rows = std::int64_t(std::min(std::max(particles.rows.capacity(), sorted_.rows.capacity()), cell_.size()) * sizeof(std::uint32_t));
   return bytes_of(cell_) + bytes_of(from_) + bytes_of(sorted_.cell) + bytes_of(sorted_.offset) + bytes_of(sorted_.id) + bytes_of(sorted_.coefficients) + rows;
 }
 

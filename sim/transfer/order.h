@@ -40,7 +40,7 @@ class CanonicalOrder {
   std::vector<std::int64_t> keys_;                      // of blocks that particles were in at the last sort, ascending; then of new ones
   KeyTable table_;                                      // of those of the last sort
   std::vector<std::uint32_t> cell_;                     // of each particle
-  std::vector<std::uint32_t> from_;                     // of each place in the order, who comes there
+  std::vector<std::uint32_t> from_;                     // of each place in the order, who comes there; a vector's worth more
   std::array<std::vector<std::uint32_t>, kParts> counts_;   // of each cell
   Particles<D, Real> sorted_;
 };
@@ -49,7 +49,7 @@ template <int D, class Real>
 template <class T>
 void CanonicalOrder<D, Real>::move_along(std::vector<T>& column, std::vector<T>& buffer, std::size_t row) const {
   buffer.resize(column.size());
-  base::parallel_chunks(from_.size(), 16384, [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(cell_.size(), 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) std::copy_n(&column[from_[p] * row], row, &buffer[p * row]);
   });
   column.swap(buffer);
