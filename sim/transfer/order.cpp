@@ -106,57 +106,63 @@ class RecentBlocks {
   std::array<Entry, std::size_t(D == 2 ? 64 : 512)> entries_{};
 };
 
-/// Sorts the particles of a cell by id into `sorted`, which may be written up to kMost numbers behind them; `from` is read as far. Few are ranked by
-/// counting: no branch depends on ids.
-class ById {
- public:
-  static constexpr std::size_t kMost = 16;
+constexpr std::size_t kFew = 16;   // particles of a cell that are ranked by counting: no branch depends on ids
 
-  explicit ById(const std::vector<std::int64_t>& id) : id_(id.data()) {}
-  void operator()(const std::uint32_t* from, std::size_t count, std::uint32_t* sorted) const {
-    constexpr std::int64_t kLast = std::numeric_limits<std::int32_t>::max();
-    alignas(32) std::array<std::int32_t, kMost> ids;
+/// Sorts `count` <= kFew particles of a cell by their ids. As many as kFew are read, and `sorted` may be written a place behind them.
+void rank(const std::uint32_t* from, const std::int32_t* ids, std::size_t count, std::uint32_t* sorted) {
+  const auto last = hn::Set(kNumbers, std::numeric_limits<std::int32_t>::max());
+  const auto lower = hn::IfThenElse(hn::FirstN(kNumbers, count), hn::LoadU(kNumbers, ids), last);
+  const auto upper = hn::IfThenElse(hn::FirstN(kNumbers, std::max<std::size_t>(count, kLanes) - kLanes), hn::LoadU(kNumbers, ids + kLanes), last);
+  for (std::size_t g = 0; g < count; g += 4)   // by fours: counts differ less
+    for (std::size_t i = g; i < g + 4; ++i) {
+      const auto own = hn::Set(kNumbers, ids[i]);
+      const std::size_t below = hn::CountTrue(kNumbers, hn::Lt(lower, own)) + hn::CountTrue(kNumbers, hn::Lt(upper, own));
+      sorted[i < count ? below : count] = from[i];
+    }
+}
+
+/// Sorts the particles of a block cell by cell; `begin` as in CellRanges.
+class ByIds {
+ public:
+  template <std::size_t cells>
+  void sort(const std::uint32_t* from, const std::uint32_t* begin, const std::int64_t* id, std::integral_constant<std::size_t, cells>) {
+    const std::size_t held = begin[cells] - begin[0];
+    if (sorted.size() < held + kFew) sorted.resize(held + kFew), ids_.resize(held + kFew);
     std::int64_t all = 0;
-    if (count <= kMost) {
-      for (std::size_t g = 0; g < count; g += 4)   // by fours: counts differ less
-        for (std::size_t i = g; i < g + 4; ++i) {
-          const std::int64_t id = id_[from[i]];
-          all |= id;
-          ids[i] = std::int32_t(id);
-        }
+    for (std::size_t k = 0; k < held; ++k) {   // long before a vector of them is read: it would wait for them
+      const std::int64_t own = id[from[k]];
+      all |= own;
+      ids_[k] = std::int32_t(own);
     }
-    if (count > kMost || all >= kLast) {
-      std::copy_n(from, count, sorted);
-      std::sort(sorted, sorted + count, [&](std::uint32_t a, std::uint32_t b) { return id_[a] < id_[b]; });
-      return;
-    }
-    const auto last = hn::Set(kNumbers, std::int32_t(kLast));
-    const auto lower = hn::IfThenElse(hn::FirstN(kNumbers, count), hn::Load(kNumbers, ids.data()), last);
-    const auto upper = hn::IfThenElse(hn::FirstN(kNumbers, std::max<std::size_t>(count, kLanes) - kLanes), hn::Load(kNumbers, ids.data() + kLanes), last);
-    for (std::size_t g = 0; g < count; g += 4)
-      for (std::size_t i = g; i < g + 4; ++i) {
-        const auto own = hn::Set(kNumbers, ids[i]);
-        const std::size_t below = hn::CountTrue(kNumbers, hn::Lt(lower, own)) + hn::CountTrue(kNumbers, hn::Lt(upper, own));
-        sorted[i < count ? below : count] = from[i];
+    const bool short_ids = all < std::numeric_limits<std::int32_t>::max();
+    for (std::size_t c = 0; c < cells; ++c) {
+      const std::size_t at = begin[c] - begin[0], count = begin[c + 1] - begin[c];
+      if (count <= kFew && short_ids) {
+        rank(from + at, &ids_[at], count, &sorted[at]);
+      } else {
+        std::copy_n(from + at, count, &sorted[at]);
+        std::sort(&sorted[at], &sorted[at] + count, [&](std::uint32_t a, std::uint32_t b) { return id[a] < id[b]; });
       }
+    }
   }
 
+  std::vector<std::uint32_t> sorted;   // the block's particles, and room
+
  private:
-  const std::int64_t* id_;
+  std::vector<std::int32_t> ids_;
 };
 
 /// Sets the cells of a cell's particles, `count` from `first` on. Up to `room` may be written: what comes behind is set later.
 template <int D>
 void fill_cells(const Cell<D>& cell, std::size_t count, std::size_t room, Cell<D>* first) {
   if constexpr (D == 3) {
-    constexpr std::size_t kMost = 16;
-    if (count <= kMost && room >= kMost) {
-      alignas(32) constexpr std::array<std::int32_t, 24> kAxis{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2};
-      alignas(32) const std::array<std::int32_t, kLanes> axes{cell[0], cell[1], cell[2]};
-      const auto three = hn::Load(kNumbers, axes.data());
-      for (int part = 0; part < 3; ++part) {
-        const auto row = hn::TableLookupLanes(three, hn::SetTableIndices(kNumbers, kAxis.data() + part * kLanes));
-        for (std::size_t eight = 0; eight < kMost; eight += kLanes) hn::StoreU(row, kNumbers, first[eight].data() + part * kLanes);
+    if (count <= kFew && room >= kFew) {
+      alignas(32) static constexpr std::array<std::int32_t, 24> kAxis{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2};
+      const auto x = hn::Set(kNumbers, cell[0]), y = hn::Set(kNumbers, cell[1]), z = hn::Set(kNumbers, cell[2]);
+      for (std::size_t part = 0; part < 3; ++part) {
+        const auto axis = hn::Load(kNumbers, kAxis.data() + part * kLanes);
+        const auto row = hn::IfThenElse(hn::Eq(axis, hn::Zero(kNumbers)), x, hn::IfThenElse(hn::Eq(axis, hn::Set(kNumbers, 1)), y, z));
+        for (std::size_t eight = 0; eight < kFew; eight += kLanes) hn::StoreU(row, kNumbers, first[eight].data() + part * kLanes);
       }
       return;
     }
@@ -270,7 +276,7 @@ template <int D, class Real>
 CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const Lattice<D>& lattice, Home home) {
   constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
   const std::size_t count = particles.size(), part = std::max<std::size_t>((count + kParts - 1) / kParts, 1);
-  cell_.resize(count), from_.resize(count + ById::kMost);
+  cell_.resize(count), from_.resize(count + kFew);
   find_cells(particles, lattice, home);
   CellRanges ranges = add_up(home);
   base::parallel_chunks(count, part, [&](std::size_t begin, std::size_t end) {
@@ -283,35 +289,39 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   const bool moves_rows = has_short_rows(particles.row());
   if (particles.rows.empty()) particles.rows.swap(sorted_.rows), particles.rows.clear();   // its storage serves again
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
-  const ById by_id(particles.id);
-  base::parallel_chunks(ranges.occupied.size(), 16, [&](std::size_t first_block, std::size_t end_block) {
-    std::vector<std::uint32_t> sorted;
+  const std::uint32_t* const rows = moves_rows || particles.rows.empty() ? nullptr : particles.rows.data();
+  const Vec<D, Real>* const offsets = particles.offset.data();
+  const std::int64_t* const ids = particles.id.data();
+  base::parallel_chunks(ranges.occupied.size(), 16, [&, offsets, ids](std::size_t first_block, std::size_t end_block) {
+    ByIds by_ids;
     const std::size_t end = ranges.begin[end_block * per_block];
-    const auto call_for = [&](std::size_t at) {   // where they come from is no pattern
-      const std::size_t q = from_[at < end ? at : end - 1];
-      base::prefetch(&particles.id[q]), base::prefetch(&particles.offset[q]);
+    const auto call_for = [=, from = from_.data()](std::size_t at) {
+      const std::size_t q = from[std::min(at, end - 1)];   // where they come from is no pattern
+      base::prefetch(ids + q), base::prefetch(offsets + q);
     };
     for (std::size_t b = first_block; b < end_block; ++b) {
       const std::uint32_t* const begin_of = &ranges.begin[b * per_block];
       const std::size_t first = begin_of[0], held = begin_of[per_block] - first;
-      sorted.resize(std::max(sorted.size(), held + ById::kMost));
+      by_ids.sort(&from_[first], begin_of, ids, std::integral_constant<std::size_t, per_block>{});
       const Cell<D> block = lattice.block_at(ranges.occupied[b]);
       for (std::size_t k = 0; k < per_block; ++k) {
-        const std::size_t at = begin_of[k] - first, in_cell = begin_of[k + 1] - begin_of[k];
-        if (in_cell == 0) continue;
-        by_id(&from_[first + at], in_cell, &sorted[at]);
-        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), in_cell, held - at, &sorted_.cell[first + at]);
+        const std::size_t at = begin_of[k] - first;
+        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), begin_of[k + 1] - begin_of[k], held - at, sorted_.cell.data() + first + at);
       }
+      const std::uint32_t* const __restrict sorted = by_ids.sorted.data();
+      Vec<D, Real>* const __restrict offset = &sorted_.offset[first];
+      std::int64_t* const __restrict id = &sorted_.id[first];
+      std::uint32_t* const __restrict from = &from_[first];
       for (std::size_t k = 0; k < held; ++k) {
         call_for(first + held + k);   // the next block's
-        const std::uint32_t q = sorted[k];
-        from_[first + k] = q;
-        sorted_.offset[first + k] = particles.offset[q], sorted_.id[first + k] = particles.id[q];
-        if (!moves_rows) sorted_.rows[first + k] = std::uint32_t(particles.row_of(q));
+        from[k] = sorted[k];
+        offset[k] = offsets[sorted[k]], id[k] = ids[sorted[k]];
       }
+      if (!moves_rows)
+        for (std::size_t k = 0; k < held; ++k) sorted_.rows[first + k] = rows ? rows[sorted[k]] : sorted[k];
       if (home == Home::nearest_node) {
         const bool at_lower_side = std::any_of(block.begin(), block.end(), [](int at) { return at == 0; });
-        cells_of_homes<D, Real>(held, &sorted_.offset[first], lattice, at_lower_side, &sorted_.cell[first]);
+        cells_of_homes<D, Real>(held, offset, lattice, at_lower_side, &sorted_.cell[first]);
       }
     }
   });
