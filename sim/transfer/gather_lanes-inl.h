@@ -1,4 +1,10 @@
 // G2P of eight particles of a cell at a time, one axis after the other.
+//
+// Along an axis the values v at a stencil's nodes give, with the particle at x from its middle (basis.h):
+//   quadratic: the weighted mean m + x d + (1/4 + x^2) b, the modes d + (3 x - 4 x^3) b and b, the slope d + 2 x b,
+//              of m = v1, d = (v2 - v0) / 2, b = (v0 - 2 v1 + v2) / 2
+//   linear:    m + x d and d, of m = v0, d = v1 - v0
+// None of m, d and b depends on the particle: the terms are made once for all cells, and a particle takes 3 multiply-adds of three in place of 9.
 #if defined(SIM_TRANSFER_GATHER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_GATHER_LANES_INL_H
 #undef SIM_TRANSFER_GATHER_LANES_INL_H
@@ -6,152 +12,344 @@
 #define SIM_TRANSFER_GATHER_LANES_INL_H
 #endif
 
+#include <type_traits>
+
 #include "sim/transfer/lanes-inl.h"
+#include "sim/transfer/planes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
 
-/// Coefficients by [a][b][c] from node values: analysis. `count` products and, if asked, the three of second degree along one axis.
-template <int count, int modes, bool gradient>
-constexpr bool wanted(int a, int b, int c) {
-  return a < modes && b < modes && c < modes && (keeps<count>(a, b, c) || (gradient && a * b == 0 && a * c == 0 && b * c == 0));
+// --- what does not depend on particles ----------------------------------------------------------------------------------
+
+/// The terms of a stencil's values v0, v1 (, v2) along an axis.
+template <int n, class T>
+HWY_INLINE void terms_of(T v0, T v1, T v2, T half, T (&term)[n]) {
+  if constexpr (n == 2) {
+    term[0] = v0, term[1] = v1 - v0;
+  } else {
+    term[0] = v1, term[1] = half * (v2 - v0), term[2] = half * ((v0 - v1) + (v2 - v1));
+  }
 }
 
-template <int count, bool gradient, int modes, int tile, int wx, int wy, int wz>
-HWY_INLINE void analyse(const float* HWY_RESTRICT first, const Rows<modes, wx>& x, const Rows<modes, wy>& y, const Rows<modes, wz>& z,
-                        V (&c)[modes][modes][modes]) {
-  V plane[wx][modes][modes];
-#pragma GCC unroll 4
-  for (int i = 0; i < wx; ++i) {
-    V line[wy][modes];
-#pragma GCC unroll 4
-    for (int j = 0; j < wy; ++j) {
-      const float* HWY_RESTRICT node = first + (i * tile + j) * tile;
-#pragma GCC unroll 3
-      for (int m = 0; m < modes; ++m) line[j][m] = hn::Mul(z.at[m][0], hn::Set(kTag, node[0]));
-#pragma GCC unroll 4
-      for (int k = 1; k < wz; ++k) {
-        const V value = hn::Set(kTag, node[k]);
-#pragma GCC unroll 3
-        for (int m = 0; m < modes; ++m) line[j][m] = hn::MulAdd(z.at[m][k], value, line[j][m]);
+/// Terms of one component, for the cells of a block: of the axes z and y for all of them, of x for a slab of 4 x 4 cells at a time.
+template <class S, int l>
+class Terms {
+ public:
+  static constexpr int kLattice = l, kEdge = Lattice<3>::kBlock, kCells = kEdge * kEdge;
+  /// Of an axis: where lanes of a cell use two stencils, those of the lower one and then of the upper one.
+  static constexpr int kX = S::n * (S::width(l, 0) - S::n + 1), kY = S::n * (S::width(l, 1) - S::n + 1), kZ = S::n * (S::width(l, 2) - S::n + 1);
+
+  HWY_INLINE explicit Terms(const float* HWY_RESTRICT tile) {
+    alignas(64) float of_z[kZ][S::tile][S::tile][kEdge];
+    for (int i = 0; i < S::tile; ++i)
+      for (int j = 0; j < S::tile; ++j) {
+        const float* const row = tile + (i * S::tile + j) * S::tile + S::first(l, 2) + 1;
+        make<2, Plane4>([&](int node) { return Plane4{hn::LoadU(kLine, row + node)}; }, [&](int t, Plane4 term) { hn::Store(term.v, kLine, of_z[t][i][j]); });
       }
+    for (int c = 0; c < kZ; ++c)
+      for (int i = 0; i < S::tile; ++i)
+        make<1, Slab>([&](int node) { return Slab::load(of_z[c][i][node + S::first(l, 1) + 1]); }, [&](int t, Slab term) { term.store(of_yz_[t][c][i]); });
+  }
+  /// Those of the cells [16 slab, 16 slab + 16).
+  HWY_INLINE void make_slab(int slab) {
+    for (int b = 0; b < kY; ++b)
+      for (int c = 0; c < kZ; ++c)
+        make<0, Slab>([&](int node) { return Slab::load(of_yz_[b][c][slab + node + S::first(l, 0) + 1]); },
+                      [&](int t, Slab term) { term.store(of_xyz_[t][b][c]); });
+  }
+  /// Of the slab's cell number `cell`: numbers of the axes' terms, in the order of the axes.
+  HWY_INLINE float at(int a, int b, int c, int cell) const { return of_xyz_[a][b][c][cell]; }
+
+ private:
+  using Slab = Plane<4>;
+  /// One line of nodes.
+  struct Plane4 {
+    hn::Vec<Line> v;
+    HWY_INLINE static Plane4 all(float x) { return {hn::Set(kLine, x)}; }
+    HWY_INLINE friend Plane4 operator+(Plane4 a, Plane4 b) { return {hn::Add(a.v, b.v)}; }
+    HWY_INLINE friend Plane4 operator-(Plane4 a, Plane4 b) { return {hn::Sub(a.v, b.v)}; }
+    HWY_INLINE friend Plane4 operator*(Plane4 a, Plane4 b) { return {hn::Mul(a.v, b.v)}; }
+  };
+  /// Calls keep(number, term) for the terms of an axis whose nodes' values node(k) gives.
+  template <int axis, class T, class Node, class Keep>
+  HWY_INLINE static void make(const Node& node, const Keep& keep) {
+    const T half = T::all(0.5f);
+    constexpr int stencils = S::width(l, axis) - S::n + 1;
+#pragma GCC unroll 2
+    for (int upper = 0; upper < stencils; ++upper) {
+      T term[S::n];
+      terms_of<S::n, T>(node(upper), node(upper + 1), S::n == 3 ? node(upper + 2) : half, half, term);
+#pragma GCC unroll 3
+      for (int t = 0; t < S::n; ++t) keep(S::n * upper + t, term[t]);
     }
-#pragma GCC unroll 3
-    for (int m = 0; m < modes; ++m)
-#pragma GCC unroll 3
-      for (int b = 0; b < modes; ++b) {
-        if (!wanted<count, modes, gradient>(0, b, m)) continue;
-        V sum = hn::Mul(y.at[b][0], line[0][m]);
-#pragma GCC unroll 4
-        for (int j = 1; j < wy; ++j) sum = hn::MulAdd(y.at[b][j], line[j][m], sum);
-        plane[i][b][m] = sum;
-      }
   }
-#pragma GCC unroll 3
-  for (int m = 0; m < modes; ++m)
-#pragma GCC unroll 3
-    for (int b = 0; b < modes; ++b)
-#pragma GCC unroll 3
-      for (int a = 0; a < modes; ++a) {
-        if (!wanted<count, modes, gradient>(a, b, m)) continue;
-        V sum = hn::Mul(x.at[a][0], plane[0][b][m]);
+
+  alignas(64) float of_yz_[kY][kZ][S::tile][kCells];
+  alignas(64) float of_xyz_[kX][kY][kZ][kCells];
+};
+
+// --- particles ----------------------------------------------------------------------------------------------------------
+
+constexpr int kSlope = 3, kResults = 4;   // of an axis: three modes, and the derivative of the mean [1/cell]
+
+/// Lanes along an axis: the factors of the terms.
+template <int n, Axis axis>
+struct Factors {
+  V x, mean_of_b, mode_of_b, slope_of_b;
+  hn::Mask<Lanes> upper;
+
+  HWY_INLINE explicit Factors(V t) {
+    x = place_on_axis<axis>(t, upper);
+    if constexpr (n == 3) {
+      const V squared = hn::Mul(x, x);
+      mean_of_b = hn::Add(squared, hn::Set(kTag, 0.25f));
+      mode_of_b = hn::Mul(x, hn::NegMulAdd(hn::Set(kTag, 4.0f), squared, hn::Set(kTag, 3.0f)));
+      slope_of_b = hn::Add(x, x);
+    }
+  }
+  /// A result from the terms; term(k) gives those of the lower stencil and then, on a wide axis, of the upper one.
+  template <class Term>
+  HWY_INLINE V result(int which, const Term& term) const {
+    const auto own = [&](int k) {
+      if constexpr (axis == Axis::wide_corner || axis == Axis::wide_middle) return hn::IfThenElse(upper, term(n + k), term(k));
+      else return term(k);
+    };
+    if constexpr (n == 2) return which == 0 ? hn::MulAdd(x, own(1), own(0)) : own(1);
+    else if (which == 0) return hn::MulAdd(mean_of_b, own(2), hn::MulAdd(x, own(1), own(0)));
+    else if (which == 1) return hn::MulAdd(mode_of_b, own(2), own(1));
+    else if (which == 2) return own(2);
+    else return hn::MulAdd(slope_of_b, own(2), own(1));
+  }
+};
+
+/// Whether a set of `count` modes wants a product of results; with the gradient, the slopes along one axis each.
+template <int count, bool gradient>
+constexpr bool wants(int a, int b, int c) {
+  if (a < kSlope && b < kSlope && c < kSlope) return keeps<count>(a, b, c) && (count == 27 || (a < 2 && b < 2 && c < 2));
+  return gradient && a + b + c == kSlope;
+}
+/// Whether it wants some product with those results of two of the axes, or of one; -1 for any.
+template <int count, bool gradient>
+constexpr bool wants_some(int a, int b, int c) {
+  for (int i = 0; i < kResults; ++i)
+    for (int j = 0; j < kResults; ++j)
+      for (int k = 0; k < kResults; ++k)
+        if ((a < 0 || a == i) && (b < 0 || b == j) && (c < 0 || c == k) && wants<count, gradient>(i, j, k)) return true;
+  return false;
+}
+template <int count, bool gradient>
+constexpr auto kWants = [] {
+  struct {
+    bool all[kResults][kResults][kResults], xy[kResults][kResults], yz[kResults][kResults], zx[kResults][kResults], of[3][kResults];
+  } w{};
+  for (int i = 0; i < kResults; ++i)
+    for (int j = 0; j < kResults; ++j) {
+      for (int k = 0; k < kResults; ++k) w.all[i][j][k] = wants<count, gradient>(i, j, k);
+      w.xy[i][j] = wants_some<count, gradient>(i, j, -1);
+      w.yz[i][j] = wants_some<count, gradient>(-1, i, j);
+      w.zx[i][j] = wants_some<count, gradient>(j, -1, i);
+    }
+  for (int i = 0; i < kResults; ++i) w.of[0][i] = wants_some<count, gradient>(i, -1, -1), w.of[1][i] = wants_some<count, gradient>(-1, i, -1), w.of[2][i] = wants_some<count, gradient>(-1, -1, i);
+  return w;
+}();
+
+/// What eight particles of a cell want of a component, by results along x, y and z.
+struct Results {
+  V at[kResults][kResults][kResults];
+};
+
+/// The wide axis of quadratic faces comes first: its terms are chosen lane by lane, which costs as often as there are terms of the others.
+template <class S, int l, int count, bool gradient>
+HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Results& r) {
+  constexpr auto& wanted = kWants<count, gradient>;
+  using T = Terms<S, l>;
+  const Factors<S::n, S::kind(l, 0)> x(t[0]);
+  const Factors<S::n, S::kind(l, 1)> y(t[1]);
+  const Factors<S::n, S::kind(l, 2)> z(t[2]);
+  const auto term = [&](int a, int b, int c) { return hn::Set(kTag, terms.at(a, b, c, cell)); };
+  if constexpr (S::faces && S::n == 3 && l == 0) {
+    V of_x[kResults][T::kY][T::kZ], of_xz[kResults][T::kY][kResults];
 #pragma GCC unroll 4
-        for (int i = 1; i < wx; ++i) sum = hn::MulAdd(x.at[a][i], plane[i][b][m], sum);
-        c[a][b][m] = sum;
-      }
+    for (int b = 0; b < T::kY; ++b)
+#pragma GCC unroll 4
+      for (int c = 0; c < T::kZ; ++c)
+#pragma GCC unroll 4
+        for (int i = 0; i < kResults; ++i)
+          if (wanted.of[0][i]) of_x[i][b][c] = x.result(i, [&](int k) { return term(k, b, c); });
+#pragma GCC unroll 4
+    for (int i = 0; i < kResults; ++i)
+#pragma GCC unroll 4
+      for (int b = 0; b < T::kY; ++b)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.zx[k][i]) of_xz[i][b][k] = z.result(k, [&](int c) { return of_x[i][b][c]; });
+#pragma GCC unroll 4
+    for (int i = 0; i < kResults; ++i)
+#pragma GCC unroll 4
+      for (int j = 0; j < kResults; ++j)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.all[i][j][k]) r.at[i][j][k] = y.result(j, [&](int b) { return of_xz[i][b][k]; });
+  } else if constexpr (S::faces && S::n == 3 && l == 1) {
+    V of_y[T::kX][kResults][T::kZ], of_yz[T::kX][kResults][kResults];
+#pragma GCC unroll 4
+    for (int a = 0; a < T::kX; ++a)
+#pragma GCC unroll 4
+      for (int c = 0; c < T::kZ; ++c)
+#pragma GCC unroll 4
+        for (int j = 0; j < kResults; ++j)
+          if (wanted.of[1][j]) of_y[a][j][c] = y.result(j, [&](int k) { return term(a, k, c); });
+#pragma GCC unroll 4
+    for (int a = 0; a < T::kX; ++a)
+#pragma GCC unroll 4
+      for (int j = 0; j < kResults; ++j)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.yz[j][k]) of_yz[a][j][k] = z.result(k, [&](int c) { return of_y[a][j][c]; });
+#pragma GCC unroll 4
+    for (int i = 0; i < kResults; ++i)
+#pragma GCC unroll 4
+      for (int j = 0; j < kResults; ++j)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.all[i][j][k]) r.at[i][j][k] = x.result(i, [&](int a) { return of_yz[a][j][k]; });
+  } else {
+    V of_z[T::kX][T::kY][kResults], of_yz[T::kX][kResults][kResults];
+#pragma GCC unroll 4
+    for (int a = 0; a < T::kX; ++a)
+#pragma GCC unroll 4
+      for (int b = 0; b < T::kY; ++b)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.of[2][k]) of_z[a][b][k] = z.result(k, [&](int c) { return term(a, b, c); });
+#pragma GCC unroll 4
+    for (int a = 0; a < T::kX; ++a)
+#pragma GCC unroll 4
+      for (int j = 0; j < kResults; ++j)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.yz[j][k]) of_yz[a][j][k] = y.result(j, [&](int b) { return of_z[a][b][k]; });
+#pragma GCC unroll 4
+    for (int i = 0; i < kResults; ++i)
+#pragma GCC unroll 4
+      for (int j = 0; j < kResults; ++j)
+#pragma GCC unroll 4
+        for (int k = 0; k < kResults; ++k)
+          if (wanted.all[i][j][k]) r.at[i][j][k] = x.result(i, [&](int a) { return of_yz[a][j][k]; });
+  }
 }
 
-/// dN . v along each axis from coefficients: the derivative of the kernel is (dual of w) - x (1 - 4 x^2) (dual of g).
+template <int count>
+HWY_INLINE V coefficient(const Results& r, int number) {
+  const ModeIndex<3>& mode = kSupplementOrder3[number];
+  return r.at[mode[0]][mode[1]][mode[2]];
+}
+
 template <class S>
-HWY_INLINE void store_gradient(const Batch<S>& batch, int component, const V (&c)[3][3][3], float* HWY_RESTRICT scratch) {
-  const V one = hn::Set(kTag, 1.0f), half = hn::Set(kTag, 0.5f);
-  const V of_w[3] = {c[1][0][0], c[0][1][0], c[0][0][1]}, of_g[3] = {c[2][0][0], c[0][2][0], c[0][0][2]};
-  for (int a = 0; a < 3; ++a) {
-    const V x = hn::IfThenElse(hn::Ge(batch.t[a], half), hn::Sub(batch.t[a], one), batch.t[a]), two_x = hn::Add(x, x);
-    const V slope = hn::Mul(x, hn::Mul(hn::Sub(one, two_x), hn::Add(one, two_x)));
-    hn::Store(hn::NegMulAdd(slope, of_g[a], of_w[a]), kTag, scratch + (3 * component + a) * kLanes);
+HWY_INLINE void store_component(const Batch<S>& batch, int component, const Results& r) {
+#pragma GCC unroll 7
+  for (int g = 0; g < (S::count + 3) / 4; ++g) {
+    constexpr auto start = group_start<S::count>;
+    batch.store4(component * S::count + start(g), coefficient<S::count>(r, start(g)), coefficient<S::count>(r, start(g) + 1),
+                 coefficient<S::count>(r, start(g) + 2), coefficient<S::count>(r, start(g) + 3));
   }
 }
 
-template <class S, int l, bool gradient>
-HWY_INLINE void gather_lattice(const Batch<S>& batch, std::size_t cell_place, const Gathering& g, float* HWY_RESTRICT scratch) {
-  constexpr int wx = S::width(l, 0), wy = S::width(l, 1), wz = S::width(l, 2), modes = gradient ? 3 : S::modes;
-  Rows<modes, wx> x;
-  Rows<modes, wy> y;
-  Rows<modes, wz> z;
-  axis_rows<S::n, S::kind(l, 0), modes, true>(batch.t[0], x);
-  axis_rows<S::n, S::kind(l, 1), modes, true>(batch.t[1], y);
-  axis_rows<S::n, S::kind(l, 2), modes, true>(batch.t[2], z);
-  const std::size_t first = std::size_t(std::ptrdiff_t(cell_place) + S::first_place(l));
-  constexpr int components = S::faces ? 1 : 3;
-  for (int k = 0; k < components; ++k) {
-    const int component = S::faces ? l : k;
-    const std::size_t field = std::size_t(component) * S::places + first;
-    V c[modes][modes][modes];
-    analyse<S::count, gradient, modes, S::tile, wx, wy, wz>(g.tile + field, x, y, z, c);
+/// The terms of all components of a block.
+template <class S>
+struct BlockTerms {
+  static constexpr int l1 = S::faces ? 1 : 0, l2 = S::faces ? 2 : 0;
+  Terms<S, 0> x;
+  Terms<S, l1> y;
+  Terms<S, l2> z;
+
+  HWY_INLINE explicit BlockTerms(const float* tile) : x(tile), y(tile + S::places), z(tile + 2 * S::places) {}
+  HWY_INLINE void make_slab(int slab) { x.make_slab(slab), y.make_slab(slab), z.make_slab(slab); }
+  /// Calls body(component, its terms).
+  template <class Body>
+  HWY_INLINE void for_components(const Body& body) const {
+    body(0, x), body(1, y), body(2, z);
+  }
+};
+
+/// Coefficients of a batch, and if asked the gradient of the velocity: scratch[3 component + axis] are eight lanes [m/s a cell].
+template <class S, bool gradient>
+HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep, float* HWY_RESTRICT scratch) {
+  terms.for_components([&](int component, const auto& own) {
+    Results r;
+    analyse<S, std::remove_cvref_t<decltype(own)>::kLattice, S::count, gradient>(own, cell, batch.t, r);
     if constexpr (S::count == 1) {
       HWY_ALIGN float one[kLanes];
-      hn::Store(c[0][0][0], kTag, one);
-      if (g.before) {
+      hn::Store(r.at[0][0][0], kTag, one);
+      if (before) {
+        Results old;
+        before->for_components([&](int c, const auto& its) {
+          if (c == component) analyse<S, std::remove_cvref_t<decltype(its)>::kLattice, 1, false>(its, cell, batch.t, old);
+        });
         HWY_ALIGN float then[kLanes];
-        analyse<1, false, modes, S::tile, wx, wy, wz>(g.before + field, x, y, z, c);
-        hn::Store(c[0][0][0], kTag, then);
-        for (int lane = 0; lane < batch.size; ++lane) one[lane] += g.keep * (batch.at[lane][component] - then[lane]);
+        hn::Store(old.at[0][0][0], kTag, then);
+        for (int lane = 0; lane < batch.size; ++lane) one[lane] += keep * (batch.at[lane][component] - then[lane]);
       }
       for (int lane = 0; lane < batch.size; ++lane) batch.at[lane][component] = one[lane];
-    } else if constexpr (modes == S::modes) {
-      store_component<S>(batch, component, c);
     } else {
-      V kept[S::modes][S::modes][S::modes];
-      for (int r = 0; r < S::count; ++r) coefficient<S::count>(kept, r) = coefficient<S::count>(c, r);
-      store_component<S>(batch, component, kept);
+      store_component<S>(batch, component, r);
     }
-    if constexpr (gradient) store_gradient<S>(batch, component, c, scratch);
-  }
+    if constexpr (gradient) {
+      const V slope[3] = {r.at[kSlope][0][0], r.at[0][kSlope][0], r.at[0][0][kSlope]};
+      for (int a = 0; a < 3; ++a) hn::Store(slope[a], kTag, scratch + (3 * component + a) * kLanes);
+    }
+  });
 }
 
 /// Calls for the rows that are written two batches later: a batch writes a piece of each of eight rows, which hardware does not take for a stream,
 /// and stores to lines that are far fill the store queue.
 template <class S>
 HWY_INLINE void prefetch_written(const Block& block, std::uint32_t p) {
-  constexpr std::uint32_t kAhead = 2 * kLanes;
+  constexpr std::uint32_t kBatchesAhead = 2 * kLanes;
   if constexpr (S::count < 8) return;   // short rows fill their lines at once
-  const char* const row = reinterpret_cast<const char*>(block.coefficients + std::size_t(p + kAhead) * Batch<S>::kRow);
+  const char* const row = reinterpret_cast<const char*>(block.coefficients + std::size_t(p + kBatchesAhead) * Batch<S>::kRow);
 #pragma GCC unroll 8
   for (std::size_t byte = 0; byte < kLanes * sizeof(float) * Batch<S>::kRow; byte += 64) __builtin_prefetch(row + byte, 1);
 }
 
 template <class S, bool gradient>
-struct GatherBatch {
-  const Block& block;
-  const Gathering& g;
-  HWY_INLINE void operator()(std::uint32_t p, int size, std::size_t place) const {
-    float spare[3 * S::count + 4];
-    HWY_ALIGN float scratch[gradient ? 9 * kLanes : kLanes];
-    prefetch_written<S>(block, p);
-    const Batch<S> batch(block, p, size, false, spare);
-    gather_lattice<S, 0, gradient>(batch, place, g, scratch);
-    if constexpr (S::faces) {
-      gather_lattice<S, 1, false>(batch, place, g, scratch);
-      gather_lattice<S, 2, false>(batch, place, g, scratch);
-    }
-    if constexpr (gradient)
-      for (int lane = 0; lane < size; ++lane)
-        for (int k = 0; k < 9; ++k) g.gradient[9 * (std::size_t(p) + std::size_t(lane)) + std::size_t(k)] = scratch[k * kLanes + lane];
+HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTerms<S>& terms, BlockTerms<S>* before) {
+  constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
+  for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
+    terms.make_slab(slab);
+    if (before) before->make_slab(slab);
+    for_batches(block, slab * slab_cells, (slab + 1) * slab_cells, [&](std::uint32_t p, int size, int cell) {
+      float spare[3 * S::count + 4];
+      HWY_ALIGN float scratch[gradient ? 9 * kLanes : kLanes];
+      prefetch_written<S>(block, p);
+      const Batch<S> batch(block, p, size, spare);
+      gather_batch<S, gradient>(batch, cell % slab_cells, terms, before, g.keep, scratch);
+      if constexpr (gradient)
+        for (int lane = 0; lane < size; ++lane)
+          for (int k = 0; k < 9; ++k) g.gradient[9 * (std::size_t(p) + std::size_t(lane)) + std::size_t(k)] = scratch[k * kLanes + lane];
+    });
   }
-};
+}
+
+template <class S, bool gradient>
+HWY_INLINE void gather_some(const Block& block, const Gathering& g) {
+  BlockTerms<S> terms(g.tile);
+  if constexpr (S::count == 1) {
+    if (g.before) {
+      BlockTerms<S> before(g.before);
+      return gather_particles<S, gradient>(block, g, terms, &before);
+    }
+  }
+  gather_particles<S, gradient>(block, g, terms, nullptr);
+}
 
 template <class S>
 void gather_block(const Block& block, const Gathering& g) {
   if constexpr (!S::faces && S::n == 3) {
-    if (g.gradient) {
-      GatherBatch<S, true> body{block, g};
-      for_batches<S>(block, body);
-      return;
-    }
+    if (g.gradient) return gather_some<S, true>(block, g);
   }
-  GatherBatch<S, false> body{block, g};
-  for_batches<S>(block, body);
+  gather_some<S, false>(block, g);
 }
 
 }  // namespace sim::lanes::HWY_NAMESPACE

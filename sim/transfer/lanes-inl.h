@@ -36,59 +36,57 @@ struct Rows {
   V at[modes][width];
 };
 
-/// Weights, polynomials and functionals of the kernel with n nodes, as basis.h has them: here what a pass needs of them.
-template <int n, int modes, bool dual>
+/// Weights times polynomials of the kernel with n nodes, as basis.h has them.
+template <int n, int modes>
 HWY_INLINE void basis_rows(V x, V (&out)[modes][n]) {
   const V one = hn::Set(kTag, 1.0f), half = hn::Set(kTag, 0.5f), quarter = hn::Set(kTag, 0.25f);
   if constexpr (n == 2) {
     const V w0 = hn::Sub(one, x);
     out[0][0] = w0, out[0][1] = x;
     if constexpr (modes > 1) {
-      if constexpr (dual) {
-        out[1][0] = hn::Set(kTag, -1.0f), out[1][1] = one;
-      } else {                                                  // weight times polynomial
-        const V both = hn::Mul(w0, x);
-        out[1][0] = hn::Neg(both), out[1][1] = both;
-      }
+      const V both = hn::Mul(w0, x);
+      out[1][0] = hn::Neg(both), out[1][1] = both;
     }
   } else {
     const V left = hn::Sub(half, x), right = hn::Add(half, x);
     const V w0 = hn::Mul(hn::Mul(left, left), half), w1 = hn::Sub(hn::Set(kTag, 0.75f), hn::Mul(x, x)), w2 = hn::Mul(hn::Mul(right, right), half);
     out[0][0] = w0, out[0][1] = w1, out[0][2] = w2;
     if constexpr (modes > 1) {
-      const V scale = hn::Set(kTag, dual ? 4.0f : 1.0f);
-      out[1][0] = hn::Mul(hn::Mul(scale, w0), hn::Sub(hn::Set(kTag, -1.0f), x));
-      out[1][1] = hn::Mul(hn::Mul(scale, w1), hn::Neg(x));
-      out[1][2] = hn::Mul(hn::Mul(scale, w2), hn::Sub(one, x));
+      out[1][0] = hn::Mul(w0, hn::Sub(hn::Set(kTag, -1.0f), x));
+      out[1][1] = hn::Mul(w1, hn::Neg(x));
+      out[1][2] = hn::Mul(w2, hn::Sub(one, x));
     }
     if constexpr (modes > 2) {
-      if constexpr (dual) {
-        out[2][0] = half, out[2][1] = hn::Set(kTag, -1.0f), out[2][2] = half;
-      } else {
-        const V two_x = hn::Add(x, x), lower = hn::Sub(one, two_x), upper = hn::Add(one, two_x), product = hn::Mul(lower, upper);
-        const V bend = hn::Mul(hn::Sub(hn::Set(kTag, 3.0f), hn::Mul(two_x, two_x)), quarter);
-        out[2][0] = hn::Mul(w0, hn::Mul(hn::Mul(upper, upper), bend));
-        out[2][1] = hn::Mul(w1, hn::Neg(hn::Mul(hn::Mul(product, product), quarter)));
-        out[2][2] = hn::Mul(w2, hn::Mul(hn::Mul(lower, lower), bend));
-      }
+      const V two_x = hn::Add(x, x), lower = hn::Sub(one, two_x), upper = hn::Add(one, two_x), product = hn::Mul(lower, upper);
+      const V bend = hn::Mul(hn::Sub(hn::Set(kTag, 3.0f), hn::Mul(two_x, two_x)), quarter);
+      out[2][0] = hn::Mul(w0, hn::Mul(hn::Mul(upper, upper), bend));
+      out[2][1] = hn::Mul(w1, hn::Neg(hn::Mul(hn::Mul(product, product), quarter)));
+      out[2][2] = hn::Mul(w2, hn::Mul(hn::Mul(lower, lower), bend));
     }
   }
 }
 
+/// Where lanes are along an axis, from the middle of their stencils: as basis.h has it. `upper` are those whose stencil is the upper one of a wide axis.
+template <Axis axis>
+HWY_INLINE V place_on_axis(V t, hn::Mask<Lanes>& upper) {
+  const V half = hn::Set(kTag, 0.5f);
+  upper = hn::Ge(t, half);
+  if constexpr (axis == Axis::shared_middle) return hn::Sub(t, half);
+  if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) return hn::IfThenElse(upper, hn::Sub(t, hn::Set(kTag, 1.0f)), t);
+  if constexpr (axis == Axis::wide_middle) return hn::IfThenElse(upper, hn::Sub(t, half), hn::Add(t, half));
+  return t;
+}
+
 /// The rows of lanes with offsets t in the cell.
-template <int n, Axis axis, int modes, bool dual, int width>
+template <int n, Axis axis, int modes, int width>
 HWY_INLINE void axis_rows(V t, Rows<modes, width>& rows) {
-  const V half = hn::Set(kTag, 0.5f), one = hn::Set(kTag, 1.0f);
-  const auto upper = hn::Ge(t, half);
-  V x = t;
-  if constexpr (axis == Axis::shared_middle) x = hn::Sub(t, half);
-  if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) x = hn::IfThenElse(upper, hn::Sub(t, one), t);
-  if constexpr (axis == Axis::wide_middle) x = hn::IfThenElse(upper, hn::Sub(t, half), hn::Add(t, half));
+  hn::Mask<Lanes> upper;
+  const V x = place_on_axis<axis>(t, upper);
   if constexpr (width == n) {
-    basis_rows<n, modes, dual>(x, rows.at);
+    basis_rows<n, modes>(x, rows.at);
   } else {
     V narrow[modes][n];
-    basis_rows<n, modes, dual>(x, narrow);
+    basis_rows<n, modes>(x, narrow);
 #pragma GCC unroll 3
     for (int m = 0; m < modes; ++m) {
       rows.at[m][0] = hn::IfThenZeroElse(upper, narrow[m][0]);
@@ -160,11 +158,9 @@ struct Batch {
   V t[3];
   int size;
 
-  HWY_INLINE Batch(const Block& block, std::uint32_t p, int lanes, bool through_rows, float* spare) : size(lanes) {
-    for (int l = 0; l < kLanes; ++l) {
-      const std::uint32_t q = p + std::uint32_t(l < lanes ? l : 0);
-      at[l] = l < lanes || !spare ? block.coefficients + std::size_t(through_rows ? block.row[q] : q) * kRow : spare;
-    }
+  /// Particles [p, p + lanes), whose rows are their numbers; lanes that do not count have `spare` for one.
+  HWY_INLINE Batch(const Block& block, std::uint32_t p, int lanes, float* spare) : size(lanes) {
+    for (int l = 0; l < kLanes; ++l) at[l] = l < lanes ? block.coefficients + (std::size_t(p) + std::size_t(l)) * kRow : spare;
     load_offsets(block, p, t);   // lanes that do not count get the offsets of others
   }
 
@@ -184,44 +180,27 @@ constexpr int group_start(int group) {
   return 4 * group + 4 <= count ? 4 * group : count - 4;
 }
 
-template <int count, int modes>
-HWY_INLINE V& coefficient(V (&c)[modes][modes][modes], int r) {
-  const ModeIndex<3>& mode = kSupplementOrder3[r];
-  return c[mode[0]][mode[1]][mode[2]];
-}
-
-template <class S>
-HWY_INLINE void store_component(const Batch<S>& batch, int component, V (&c)[S::modes][S::modes][S::modes]) {
-#pragma GCC unroll 7
-  for (int g = 0; g < (S::count + 3) / 4; ++g) {
-    constexpr auto start = group_start<S::count>;
-    batch.store4(component * S::count + start(g), coefficient<S::count>(c, start(g)), coefficient<S::count>(c, start(g) + 1),
-                 coefficient<S::count>(c, start(g) + 2), coefficient<S::count>(c, start(g) + 3));
-  }
-}
-
-/// Calls body(first particle, lanes, place in the tile) for the batches of a block, cell by cell. They are listed first: how many a cell has is as
-/// chance wants it, and a wrong guess there costs nothing while no batch is under way.
-template <class S, class Body>
-HWY_INLINE void for_batches(const Block& block, Body& body) {
+/// Calls body(first particle, lanes, number of the cell) for the batches of a block's cells [first, end), cell by cell. They are listed first: how many
+/// a cell has is as chance wants it, and a wrong guess there costs nothing while no batch is under way.
+template <class Body>
+HWY_INLINE void for_batches(const Block& block, int first, int end, const Body& body) {
   struct Listed {
     std::uint32_t first;
-    std::uint16_t place, size;
+    std::uint16_t cell, size;
   };
-  constexpr int edge = Lattice<3>::kBlock, cells = Lattice<3>::kCellsPerBlock, kMost = 512;
+  constexpr int kMost = 256;
   Listed list[kMost + 1];
-  std::uint32_t p = block.begin[0];
-  for (int cell = 0; cell < cells;) {
+  std::uint32_t p = block.begin[first];
+  for (int cell = first; cell < end;) {
     int count = 0;
-    while (cell < cells && count < kMost) {   // no branch depends on a cell's particles: an entry that holds none is written over
-      const std::uint32_t end = block.begin[cell + 1], left = end - p;
-      const int i = cell / (edge * edge) + 1, j = cell / edge % edge + 1, k = cell % edge + 1;
-      list[count] = {p, std::uint16_t((i * S::tile + j) * S::tile + k), std::uint16_t(left < kLanes ? left : kLanes)};
+    while (cell < end && count < kMost) {   // no branch depends on a cell's particles: an entry that holds none is written over
+      const std::uint32_t last = block.begin[cell + 1], left = last - p;
+      list[count] = {p, std::uint16_t(cell), std::uint16_t(left < kLanes ? left : kLanes)};
       const bool more = left > kLanes;
       count += left > 0, cell += !more;
-      p = more ? p + kLanes : end;
+      p = more ? p + kLanes : last;
     }
-    for (int b = 0; b < count; ++b) body(list[b].first, int(list[b].size), std::size_t(list[b].place));
+    for (int b = 0; b < count; ++b) body(list[b].first, int(list[b].size), int(list[b].cell));
   }
 }
 

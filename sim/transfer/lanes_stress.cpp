@@ -17,39 +17,39 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
 
 /// G2P with the velocity and its gradient as rows of their own, while they are in registers: rows of coefficients are long.
 template <class S>
-struct MovingGather {
-  const Block& block;
-  const float* tile;
-  const Motions& motions;
-  HWY_INLINE void operator()(std::uint32_t p, int size, std::size_t place) const {
-    constexpr Half half{};
-    float spare[3 * S::count + 4], spare_row[12], spare_velocity[4];
-    HWY_ALIGN float scratch[9 * kLanes];
-    prefetch_written<S>(block, p);
-    const Batch<S> batch(block, p, size, false, spare);
-    gather_lattice<S, 0, true>(batch, place, {.tile = tile}, scratch);
-    float *row[kLanes], *velocity[kLanes];
-    for (int l = 0; l < kLanes; ++l) {
-      row[l] = l < size ? motions.gradient + 9 * (std::size_t(p) + std::size_t(l)) : spare_row;
-      velocity[l] = l < size ? motions.velocity + 3 * (std::size_t(p) + std::size_t(l)) : spare_velocity;
-    }
-#pragma GCC unroll 3
-    for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
-      const int from = g < 2 ? 4 * g : 5;
-      V c[4];
-      for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
-      transpose(c[0], c[1], c[2], c[3]);
-      for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row[l] + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row[l + 4] + from);
-    }
-    for (int l = 0; l < kLanes; ++l)
-      for (int c = 0; c < 3; ++c) velocity[l][c] = batch.at[l][c * S::count];
+HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions) {
+  constexpr Half half{};
+  float spare[3 * S::count + 4], spare_row[12], spare_velocity[4];
+  HWY_ALIGN float scratch[9 * kLanes];
+  prefetch_written<S>(block, p);
+  const Batch<S> batch(block, p, size, spare);
+  gather_batch<S, true>(batch, cell, terms, nullptr, 0, scratch);
+  float *row[kLanes], *velocity[kLanes];
+  for (int l = 0; l < kLanes; ++l) {
+    row[l] = l < size ? motions.gradient + 9 * (std::size_t(p) + std::size_t(l)) : spare_row;
+    velocity[l] = l < size ? motions.velocity + 3 * (std::size_t(p) + std::size_t(l)) : spare_velocity;
   }
-};
+#pragma GCC unroll 3
+  for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
+    const int from = g < 2 ? 4 * g : 5;
+    V c[4];
+    for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
+    transpose(c[0], c[1], c[2], c[3]);
+    for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row[l] + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row[l + 4] + from);
+  }
+  for (int l = 0; l < kLanes; ++l)
+    for (int c = 0; c < 3; ++c) velocity[l][c] = batch.at[l][c * S::count];
+}
 
 template <class S>
 void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
-  MovingGather<S> body{block, tile, motions};
-  for_batches<S>(block, body);
+  constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
+  BlockTerms<S> terms(tile);
+  for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
+    terms.make_slab(slab);
+    for_batches(block, slab * slab_cells, (slab + 1) * slab_cells,
+                [&](std::uint32_t p, int size, int cell) { gather_moving<S>(block, p, size, cell % slab_cells, terms, motions); });
+  }
 }
 
 }  // namespace

@@ -54,12 +54,16 @@ struct Plane<4> {
   hn::Vec<Tag> v;
 
   HWY_INLINE static Plane zero() { return {hn::Zero(Tag{})}; }
+  HWY_INLINE static Plane load(const float* from) { return {hn::LoadU(Tag{}, from)}; }
+  HWY_INLINE void store(float* to) const { hn::StoreU(v, Tag{}, to); }
   HWY_INLINE static Plane all(float x) { return {hn::Set(Tag{}, x)}; }
   HWY_INLINE static Plane same_lines(const float* row) { return {hn::LoadDup128(Tag{}, row)}; }
   HWY_INLINE static Plane whole_lines(const float* row) {
     alignas(64) static constexpr std::int32_t kFrom[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
     return {hn::TableLookupLanes(hn::LoadDup128(Tag{}, row), hn::SetTableIndices(Tag{}, kFrom))};
   }
+  HWY_INLINE friend Plane operator+(Plane a, Plane b) { return {hn::Add(a.v, b.v)}; }
+  HWY_INLINE friend Plane operator-(Plane a, Plane b) { return {hn::Sub(a.v, b.v)}; }
   HWY_INLINE friend Plane operator*(Plane a, Plane b) { return {hn::Mul(a.v, b.v)}; }
   HWY_INLINE friend Plane fused(Plane a, Plane b, Plane c) { return {hn::MulAdd(a.v, b.v, c.v)}; }
   template <int lines>
@@ -79,6 +83,8 @@ struct Plane<4> {
   hn::Vec<Tag> lower, upper;
 
   HWY_INLINE static Plane zero() { return {hn::Zero(Tag{}), hn::Zero(Tag{})}; }
+  HWY_INLINE static Plane load(const float* from) { return {hn::LoadU(Tag{}, from), hn::LoadU(Tag{}, from + 8)}; }
+  HWY_INLINE void store(float* to) const { hn::StoreU(lower, Tag{}, to), hn::StoreU(upper, Tag{}, to + 8); }
   HWY_INLINE static Plane all(float x) { return {hn::Set(Tag{}, x), hn::Set(Tag{}, x)}; }
   HWY_INLINE static Plane same_lines(const float* row) {
     const auto both = hn::LoadDup128(Tag{}, row);
@@ -89,6 +95,8 @@ struct Plane<4> {
     const auto both = hn::LoadDup128(Tag{}, row);
     return {hn::TableLookupLanes(both, hn::SetTableIndices(Tag{}, kFrom[0])), hn::TableLookupLanes(both, hn::SetTableIndices(Tag{}, kFrom[1]))};
   }
+  HWY_INLINE friend Plane operator+(Plane a, Plane b) { return {hn::Add(a.lower, b.lower), hn::Add(a.upper, b.upper)}; }
+  HWY_INLINE friend Plane operator-(Plane a, Plane b) { return {hn::Sub(a.lower, b.lower), hn::Sub(a.upper, b.upper)}; }
   HWY_INLINE friend Plane operator*(Plane a, Plane b) { return {hn::Mul(a.lower, b.lower), hn::Mul(a.upper, b.upper)}; }
   HWY_INLINE friend Plane fused(Plane a, Plane b, Plane c) { return {hn::MulAdd(a.lower, b.lower, c.lower), hn::MulAdd(a.upper, b.upper, c.upper)}; }
   template <int lines>

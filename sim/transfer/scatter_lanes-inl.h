@@ -47,7 +47,7 @@ class StagedRows {
   HWY_INLINE void for_kind(V t, std::uint32_t at, float factor, int kind) {
     constexpr int width = S::width(l, axis);
     Rows<S::modes, width> rows;
-    axis_rows<S::n, S::kind(l, axis), S::modes, false>(t, rows);
+    axis_rows<S::n, S::kind(l, axis), S::modes>(t, rows);
 #pragma GCC unroll 3
     for (int m = 0; m < S::modes; ++m) store<axis, width>(rows.at[m], rows_[kind][axis][m][at]);
     if constexpr (stressed) {
