@@ -9,12 +9,16 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "base/parallel.h"
+#include "base/prefetch.h"
 #include "bench/machine.h"
 #include "sim/random.h"
+#include "sim/solid/rows.h"
 #include "sim/transfer/mac_transfer.h"
 #include "sim/transfer/node_transfer.h"
+#include "sim/transfer/tiles.h"
 
 namespace bench {
 namespace {
@@ -139,10 +143,64 @@ double operations_of(const Case& c) {
   return 2 * (2 * 3 * one + mass) + (c.deformation ? 2 * 27.0 : 0);
 }
 
-using Deformation = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+/// A deformation gradient for each particle, and how a solid updates it: F stays in the row where the last gather left it, and is written in order.
+class Deformations {
+ public:
+  Deformations(std::size_t count, int modes) : F_(count, {1, 0, 0, 0, 1, 0, 0, 0, 1}), next_(F_), kernels_(lanes::nodes_quadratic_of_solids(modes)) {}
 
-/// F += dt grad v F.
-void deform(const Deformation& gradient, float dt, Deformation& F) { F += dt * gradient.lazyProduct(F).eval(); }
+  /// G2P, and F += dt grad v F block by block, eight particles at a time.
+  void gather(const CellRanges& ranges, const ActiveBlocks<3>& blocks, const NodeField<3, float>& velocity, Particle3& particles) {
+    constexpr std::size_t per_block = Lattice<3>::kCellsPerBlock;
+    constexpr int tile = Lattice<3>::kBlock + 3;
+    rows_.swap(particles.rows);
+    particles.rows.clear();
+    base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
+      const std::uint32_t* const begin_of = &ranges.begin[b * per_block];
+      const std::size_t begin = begin_of[0], end = begin_of[per_block];
+      std::array<float, 3 * tile * tile * tile> nodes{};
+      load_tile<NodeLayout<3, float>, tile>(blocks, blocks.lattice().block_at(ranges.occupied[b]), velocity, nodes.data());
+      std::array<std::uint32_t, per_block + 1> local;
+      for (std::size_t k = 0; k <= per_block; ++k) local[k] = std::uint32_t(begin_of[k] - begin);
+      thread_local std::vector<float> v, gradient;
+      v.resize(3 * (end - begin)), gradient.resize(9 * (end - begin));
+      kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .particles = std::uint32_t(particles.size() - begin), .row = nullptr,
+                       .coefficients = &particles.coefficients[begin * particles.row()]},
+                      nodes.data(), {.velocity = v.data(), .gradient = gradient.data()});
+      update(begin, end, gradient.data());
+    });
+    F_.swap(next_);
+    particles.rows.swap(rows_), particles.rows.clear();
+  }
+
+ private:
+  using Nine = std::array<float, 9>;
+
+  void update(std::size_t begin, std::size_t end, const float* gradient) {
+    constexpr std::size_t kAhead = 64, kWidth = sim::Lanes::kWidth;
+    const sim::Lanes dt(0.01f);
+    Nine none{};
+    for (std::size_t p = begin; p < end; p += kWidth) {
+      RowsAt<sim::Lanes, const float> change_at, from;
+      RowsAt<sim::Lanes, float> to;
+      for (std::size_t l = 0; l < kWidth; ++l) {
+        const std::size_t q = std::min(p + l, end - 1);
+        base::prefetch(&F_[row_of(std::min(q + kAhead, end - 1))]);
+        change_at[l] = gradient + 9 * (q - begin), from[l] = F_[row_of(q)].data(), to[l] = p + l < end ? next_[q].data() : none.data();
+      }
+      std::array<sim::Lanes, 9> change, old, now;
+      load_rows(change_at, change), load_rows(from, old);
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+          now[3 * i + k] = old[3 * i + k] + dt * (change[3 * i] * old[k] + change[3 * i + 1] * old[3 + k] + change[3 * i + 2] * old[6 + k]);
+      store_rows(to, now);
+    }
+  }
+  std::size_t row_of(std::size_t p) const { return rows_.empty() ? p : rows_[p]; }
+
+  std::vector<Nine> F_, next_;
+  std::vector<std::uint32_t> rows_;
+  lanes::MovingKernels kernels_;
+};
 
 template <class Layout>
 void run(benchmark::State& state, const Case& c) {
@@ -156,26 +214,24 @@ void run(benchmark::State& state, const Case& c) {
   Particle3 particles = crowd.particles;
   particles.modes = c.modes;
   particles.coefficients.assign(particles.size() * particles.row(), 0.01f);
-  std::vector<Deformation> F(c.deformation ? particles.size() : 0, Deformation::Identity()), buffer;
-  Gradients<3, float> gradients;
+  std::optional<Deformations> deformations;
+  if (c.deformation) deformations.emplace(particles.size(), c.modes);
   CanonicalOrder<3, float> order;
   ActiveBlocks<3> blocks(lattice);
   typename GridTransfer<Layout>::Grid grid;
   CellRanges ranges;
-  const auto update = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) deform(gradients[p], 0.01f, F[p]);
-  };
   double seconds[3] = {};   // sort, P2G, G2P
   const auto step = [&] {
     const auto start = std::chrono::steady_clock::now();
     ranges = order.sort(particles, lattice, transfer.home());
     blocks.cover(ranges, 2);
-    if (c.deformation) order.move_along(F, buffer);
     const auto sorted = std::chrono::steady_clock::now();
     transfer.scatter(particles, ranges, blocks, grid);
     const auto scattered = std::chrono::steady_clock::now();
-    if (c.deformation) transfer.gather(ranges, blocks, grid.velocity, nullptr, {}, particles, &gradients, update);
-    else transfer.gather(ranges, blocks, grid.velocity, nullptr, {}, particles);
+    if constexpr (std::is_same_v<Layout, NodeLayout<3, float>>) {
+      if (deformations) deformations->gather(ranges, blocks, grid.velocity, particles);
+    }
+    if (!deformations) transfer.gather(ranges, blocks, grid.velocity, nullptr, {}, particles);
     const auto gathered = std::chrono::steady_clock::now();
     const auto add = [](double& sum, auto from, auto to) { sum += std::chrono::duration<double>(to - from).count(); };
     add(seconds[0], start, sorted), add(seconds[1], sorted, scattered), add(seconds[2], scattered, gathered);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/prefetch.h"
 #include "sim/solid/rows.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/basis.h"
@@ -320,6 +321,7 @@ template <class Law>
 void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
   using T = LawNumber<Real>;
   constexpr int W = NumberTraits<T>::kWidth;
+  constexpr std::size_t kAhead = 64;   // particles whose deformation is called for before it is needed
   constexpr std::size_t kStrain = D * D + 1, kStress = Stress<D, Real>{}.size();
   static_assert(sizeof(Deformation<Real, D>) == kStrain * sizeof(Real));
   const T scale = T(Real(dt_ / solids_.cell));
@@ -335,7 +337,9 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
       const bool is_one = int(l) < used;
       const std::size_t q = p + l;
       change_at[l] = is_one ? &gradient_[(q - begin_) * D * D] : no_strain.data();
-      from[l] = is_one ? numbers_of<Real>(std::as_const(group.deformation[group.rows.empty() ? q : group.rows[q]])).data() : no_strain.data();
+      const auto row_of = [&](std::size_t at) { return group.rows.empty() ? at : group.rows[at]; };
+      from[l] = is_one ? numbers_of<Real>(std::as_const(group.deformation[row_of(q)])).data() : no_strain.data();
+      base::prefetch(&group.deformation[row_of(std::min(q + kAhead, end_ - 1))]);
       to[l] = is_one ? numbers_of<Real>(group.next[q]).data() : spare_strain.data();
       stress_to[l] = is_one ? group.stress[q].data() : spare_stress.data();
     }
