@@ -163,7 +163,7 @@ class Deformations {
       for (std::size_t k = 0; k <= per_block; ++k) local[k] = std::uint32_t(begin_of[k] - begin);
       thread_local std::vector<float> v, gradient;
       v.resize(3 * (end - begin)), gradient.resize(9 * (end - begin));
-      kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .particles = std::uint32_t(particles.size() - begin), .row = nullptr,
+      kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .row = nullptr,
                        .coefficients = &particles.coefficients[begin * particles.row()]},
                       nodes.data(), {.velocity = v.data(), .gradient = gradient.data()});
       update(begin, end, gradient.data());

@@ -149,8 +149,8 @@ TEST(Lanes, CallBackForEveryParticleOnceItIsGathered) {
     std::vector<int> calls(particles.size(), 0);
     std::vector<float> seen(particles.size());
     Gradients<3, float> gradients;
-    transfer.gather(ranges, blocks, field, nullptr, {}, particles, &gradients, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) ++calls[p], seen[p] = particles.component(p, 2)[3] + gradients[p](1, 2);
+    transfer.gather(ranges, blocks, field, nullptr, {}, particles, &gradients, [&](std::size_t b) {
+      for (std::size_t p = ranges.begin[64 * b]; p < ranges.begin[64 * (b + 1)]; ++p) ++calls[p], seen[p] = particles.component(p, 2)[3] + gradients[p](1, 2);
     });
     for (std::size_t p = 0; p < particles.size(); ++p) {
       ASSERT_EQ(calls[p], 1);

@@ -84,7 +84,7 @@ void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks,
 
 template <int D, class Real>
 void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& displacement, const Solids<D>& solids,
-           const CellRanges& ranges, Particles<D, Real>& particles) {
+           const CellRanges& ranges, std::size_t block, Particles<D, Real>& particles) {
   std::array<int, D> gradient;   // of each axis: the mode that is linear along it, or -1
   for (int a = 0; a < D; ++a) {
     ModeIndex<D> linear{};
@@ -92,7 +92,7 @@ void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, 
     const auto found = std::find(transfer.modes().begin(), transfer.modes().end(), linear);
     gradient[a] = found == transfer.modes().end() ? -1 : int(found - transfer.modes().begin());
   }
-  with_near_field(transfer, blocks, displacement, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& displacement_at) {
+  in_near_field(transfer, blocks, displacement, ranges, block, [&](std::size_t begin, std::size_t end, const auto& displacement_at) {
     for (std::size_t p = begin; p < end; ++p) {
       Site<D, Real> site{particles.cell[p], particles.offset[p]};
       const Vec<D, Real> by = displacement_at(site);
@@ -162,19 +162,19 @@ template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, De
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
 template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, float>&);
-template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
+template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&, std::size_t,
                     Particles<2, float>&);
 template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, double>&);
-template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
+template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&, std::size_t,
                     Particles<2, double>&);
 template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, float>&);
-template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
+template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&, std::size_t,
                     Particles<3, float>&);
 template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, double>&);
-template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
+template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&, std::size_t,
                     Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);

@@ -12,10 +12,11 @@ template <int D, class Real>
 void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, Advection, const Solids<D>&,
             const CellRanges& ranges, Particles<D, Real>&);
 
-/// Moves particles by a displacement [cells] that is no motion: velocities become the polynomials' at the new places, c_1 += C . shift.
+/// Moves the particles of a block, number `block` of those occupied, by a displacement [cells] that is no motion: velocities become the polynomials' at the
+/// new places, c_1 += C . shift.
 template <int D, class Real>
 void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&,
-           const CellRanges& ranges, Particles<D, Real>&);
+           const CellRanges& ranges, std::size_t block, Particles<D, Real>&);
 
 struct Contacts {
   std::int64_t pushed_out = 0;      // particles that had to be moved

@@ -145,9 +145,26 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
     if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
-    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles);
+    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, nullptr, shift_after(particles, ledger));
   }
   audit("g2p", particles, ledger);
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::depart(const Particles<D, Real>& particles, base::Ledger& ledger) {
+  if (options_.carry == Carry::fixed) return;
+  const auto bytes = std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>)));
+  const auto pass = ledger.pass("carry", 2 * bytes);
+  departure_.cell = particles.cell, departure_.offset = particles.offset;
+  ledger.hold("departures", bytes);
+}
+
+template <int D, class Real>
+typename MacTransfer<D, Real>::After FluidStep<D, Real>::shift_after(Particles<D, Real>& particles, base::Ledger& ledger) {
+  if (!displaces_ || options_.audit) return {};
+  displaces_ = false;
+  if (!std::exchange(departed_, true)) depart(particles, ledger);
+  return [this, &particles](std::size_t block) { shift(transfer_, blocks_, displacement_, solids_, ranges_, block, particles); };
 }
 
 template <int D, class Real>
@@ -170,24 +187,19 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
   audit("extrapolate", reflected_, ledger);
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles);
+    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles, nullptr, shift_after(particles, ledger));
   }
   audit("g2p", particles, ledger);
 }
 
 template <int D, class Real>
 void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
-  const bool limits = options_.carry != Carry::fixed;
   CellRanges ranges = std::exchange(ranges_, {});
-  if (limits) {
-    const auto pass = ledger.pass("carry", 2 * std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
-    departure_.cell = particles.cell, departure_.offset = particles.offset;
-    ledger.hold("departures", std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>))));
-  }
+  if (!std::exchange(departed_, false)) depart(particles, ledger);
   if (displaces_) {
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));
-    shift(transfer_, blocks_, displacement_, solids_, ranges, particles);
+    base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) { shift(transfer_, blocks_, displacement_, solids_, ranges, b, particles); });
   }
   if (std::exchange(displaces_, false)) audit("volume", particles, ledger);
   {
@@ -207,7 +219,7 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     }
     audit("collide", particles, ledger);
   }
-  if (!limits) return;
+  if (options_.carry == Carry::fixed) return;
   {
     const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
     counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);

@@ -82,6 +82,11 @@ class FluidStep {
   void audit(std::string_view stage, const Particles<D, Real>&, base::Ledger&);
   void audit(std::string_view stage, const FaceField<D, Real>& velocity, base::Ledger&);
   EnergyAudit::Energy energy(const Particles<D, Real>&) const;
+  /// Keeps where the particles are, which the carry asks for after the motion.
+  void depart(const Particles<D, Real>&, base::Ledger&);
+  /// For a gather: the shift of a volume correction, while the rows of a block's particles are in the cache. Nothing where there is none, or where
+  /// an audit is to see it apart.
+  typename MacTransfer<D, Real>::After shift_after(Particles<D, Real>&, base::Ledger&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
 
   Options options_;
@@ -104,7 +109,7 @@ class FluidStep {
   Departure<D, Real> departure_;      // empty unless the carry limits
   FaceField<D, Real> displacement_;   // [cells] of the volume correction
   FaceMask<D> displaced_;
-  bool displaces_ = false;
+  bool displaces_ = false, departed_ = false;   // in this step: a correction was found; the particles have departed
   double solid_work_ = 0;
   StepCounts counts_;
   EnergyAudit audit_, scattered_audit_;         // the second as it was after `scatter`

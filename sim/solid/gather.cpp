@@ -119,7 +119,7 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
   for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
   Particles<3, float>& p = group.particles;
-  group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .particles = std::uint32_t(p.size() - begin_), .row = nullptr,
+  group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr,
                         .coefficients = &p.coefficients[begin_ * p.row()]},
                        velocity.data(), {.velocity = velocity_.data(), .gradient = gradient_.data()});
   // Sum and least of the masses of each node's stencil, one axis after the other.

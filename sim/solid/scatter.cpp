@@ -34,8 +34,7 @@ void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begi
   const Particles<3, float>& p = group.particles;
   const float weight = float(group.weight), factor = impulse / weight;
   float* const coefficients = const_cast<float*>(p.coefficients.data());   // a scatter only reads them
-  const lanes::Block block{.begin = begin, .offset = p.offset.front().data(), .particles = std::uint32_t(p.size()),
-                           .row = p.rows.empty() ? nullptr : p.rows.data(), .coefficients = coefficients};
+  const lanes::Block block{.begin = begin, .offset = p.offset.front().data(), .row = p.rows.empty() ? nullptr : p.rows.data(), .coefficients = coefficients};
   if (!group.averages) {
     group.kernels.scatter(block, {.row = group.stress.front().data(), .factor = factor}, carried.data());
   } else {   // the block's own stress, its coefficients beside it in the same order
@@ -52,7 +51,7 @@ void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begi
         std::copy_n(coefficients + p.row_of(q) * width, width, &rows[(q - first) * width]);
       }
     }
-    group.kernels.scatter({.begin = local.data(), .offset = p.offset[first].data(), .particles = std::uint32_t(p.size() - first), .row = nullptr,
+    group.kernels.scatter({.begin = local.data(), .offset = p.offset[first].data(), .row = nullptr,
                            .coefficients = rows.data()},
                           {.row = stress.front().data(), .factor = factor}, carried.data());
   }

@@ -63,9 +63,9 @@ class GridTransfer {
   /// Particles in any order, one at a time.
   void gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
   /// The same for particles in canonical order, by the fast path if there is one. On nodes with the quadratic kernel `gradients` (if given) gets
-  /// those of the velocity. `after` (if given) is called with the range of particles of a block as soon as these are gathered, their data
-  /// still in the cache; several blocks may be under way.
-  using After = std::function<void(std::size_t begin, std::size_t end)>;
+  /// those of the velocity. `after` (if given) is called with the number of a block in `ranges.occupied` as soon as its particles are gathered, their
+  /// data still in the cache, and may change these; several blocks may be under way.
+  using After = std::function<void(std::size_t block)>;
   void gather(const CellRanges&, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&,
               Gradients<D, Real>* gradients = nullptr, const After& after = {}) const;
   /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from

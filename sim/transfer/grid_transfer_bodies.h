@@ -148,7 +148,6 @@ lanes::Block lanes_of(const CellRanges& ranges, std::size_t block, const Particl
   if constexpr (std::is_same_v<Real, float>) {
     b.begin = &ranges.begin[block * Lattice<D>::kCellsPerBlock];
     b.offset = particles.offset.front().data();
-    b.particles = std::uint32_t(particles.size());
     b.row = particles.rows.empty() ? nullptr : particles.rows.data();
     b.coefficients = coefficients;
   }
@@ -280,7 +279,7 @@ void GridTransfer<Layout>::gather(const CellRanges& ranges, const ActiveBlocks<D
     if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles, gradients);
     else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
     else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
-    if (after) after(begin, end);
+    if (after) after(b);
   });
 }
 

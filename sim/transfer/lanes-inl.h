@@ -139,14 +139,15 @@ HWY_INLINE void transpose(V& r0, V& r1, V& r2, V& r3) {
   r2 = hn::BitCast(kTag, hn::InterleaveLower(pairs, t1, t3)), r3 = hn::BitCast(kTag, hn::InterleaveUpper(pairs, t1, t3));
 }
 
-/// Offsets of eight particles of all from p on; 0 behind the last one.
+/// Offsets of eight particles from p on, 0 behind the block's last one: the next block's may be on the move.
 HWY_INLINE void load_offsets(const Block& block, std::uint32_t p, V (&t)[3]) {
-  if (p + kLanes <= block.particles) {
+  const std::uint32_t end = block.begin[Lattice<3>::kCellsPerBlock];
+  if (p + kLanes <= end) {
     hn::LoadInterleaved3(kTag, block.offset + 3 * std::size_t(p), t[0], t[1], t[2]);
     return;
   }
   HWY_ALIGN float some[3 * kLanes] = {};
-  std::memcpy(some, block.offset + 3 * std::size_t(p), sizeof(float) * 3 * std::size_t(block.particles - p));
+  std::memcpy(some, block.offset + 3 * std::size_t(p), sizeof(float) * 3 * std::size_t(end - p));
   hn::LoadInterleaved3(kTag, some, t[0], t[1], t[2]);
 }
 

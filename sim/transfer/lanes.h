@@ -15,7 +15,6 @@ namespace sim::lanes {
 struct Block {
   const std::uint32_t* begin = nullptr;   // of the particles of each cell; one more entry at the end
   const float* offset = nullptr;          // of all particles, three each
-  std::uint32_t particles = 0;            // how many there are in all
   const std::uint32_t* row = nullptr;     // of each particle, its row of coefficients; null: its own number
   float* coefficients = nullptr;          // rows of three components
 };

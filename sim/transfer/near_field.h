@@ -73,27 +73,32 @@ class NearField {
   std::array<Real, std::size_t(D * kPlaces + kLine - n)> values_{};     // by component; 0 where no block is active
 };
 
-/// Calls body(begin, end, velocity) for the particles of each block; velocity(site) is the field [m/s], from a copy of it where it can be.
-/// Particles must be stored in the order that `ranges` is of, though they may have moved since. Empty ranges: no order, and no copies.
+/// Calls body(begin, end, velocity) for the particles of a block, number `b` of those occupied; velocity(site) is the field [m/s], from a copy of it where
+/// it can be. Particles must be stored in the order that `ranges` is of, though they may have moved since.
+template <class Layout, class Body>
+void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
+                   const CellRanges& ranges, std::size_t b, const Body& body) {
+  constexpr std::size_t per_block = Lattice<Layout::kDimension>::kCellsPerBlock;
+  const auto in = [&](auto weights) {
+    const NearField<Layout, decltype(weights)> near(blocks, blocks.lattice().block_at(ranges.occupied[b]), field);
+    body(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block],
+         [&](const auto& site) { return near.covers(site.cell) ? near.at(site) : transfer.velocity_at(blocks, field, site); });
+  };
+  if (transfer.kernel() == Kernel::linear) in(LinearWeights<typename Layout::Real>{});
+  else in(QuadraticWeights<typename Layout::Real>{});
+}
+
+/// The same for all blocks. Empty ranges: no order, and no copies.
 template <class Layout, class Body>
 void with_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
                      const CellRanges& ranges, std::size_t particles, const Body& body) {
-  constexpr int D = Layout::kDimension;
-  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
-  const auto anywhere = [&](const auto& site) { return transfer.velocity_at(blocks, field, site); };
   if (ranges.occupied.empty()) {
-    base::parallel_chunks(particles, 4096, [&](std::size_t begin, std::size_t end) { body(begin, end, anywhere); });
+    base::parallel_chunks(particles, 4096, [&](std::size_t begin, std::size_t end) {
+      body(begin, end, [&](const auto& site) { return transfer.velocity_at(blocks, field, site); });
+    });
     return;
   }
-  const auto by_blocks = [&](auto weights) {
-    base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
-      const NearField<Layout, decltype(weights)> near(blocks, blocks.lattice().block_at(ranges.occupied[b]), field);
-      body(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block],
-           [&](const auto& site) { return near.covers(site.cell) ? near.at(site) : anywhere(site); });
-    });
-  };
-  if (transfer.kernel() == Kernel::linear) by_blocks(LinearWeights<typename Layout::Real>{});
-  else by_blocks(QuadraticWeights<typename Layout::Real>{});
+  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) { in_near_field(transfer, blocks, field, ranges, b, body); });
 }
 
 }  // namespace sim
