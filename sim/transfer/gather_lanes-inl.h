@@ -323,6 +323,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
       float spare[3 * S::count + 4];
       HWY_ALIGN float scratch[gradient ? 9 * kLanes : kLanes];
       prefetch_written<S>(block, p);
+      prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, spare);
       gather_batch<S, gradient>(batch, cell % slab_cells, terms, before, g.keep, scratch);
       if constexpr (gradient)

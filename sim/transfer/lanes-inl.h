@@ -139,6 +139,12 @@ HWY_INLINE void transpose(V& r0, V& r1, V& r2, V& r3) {
   r2 = hn::BitCast(kTag, hn::InterleaveLower(pairs, t1, t3)), r3 = hn::BitCast(kTag, hn::InterleaveUpper(pairs, t1, t3));
 }
 
+/// Calls for the offsets of particles [p, p + count).
+HWY_INLINE void prefetch_offsets(const Block& block, std::uint32_t p, std::uint32_t count) {
+  const char* const first = reinterpret_cast<const char*>(block.offset + 3 * std::size_t(p));
+  for (std::size_t byte = 0; byte < 3 * sizeof(float) * count; byte += 64) __builtin_prefetch(first + byte);
+}
+
 /// Offsets of eight particles from p on, 0 behind the block's last one: the next block's may be on the move.
 HWY_INLINE void load_offsets(const Block& block, std::uint32_t p, V (&t)[3]) {
   const std::uint32_t end = block.begin[Lattice<3>::kCellsPerBlock];

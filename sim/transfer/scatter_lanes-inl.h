@@ -178,11 +178,13 @@ HWY_INLINE void scatter_particles(const Block& block, const float* stress, float
   const std::uint32_t end = block.begin[cells];
   if (block.row)
     for (std::uint32_t p = block.begin[0]; p < end && p < block.begin[0] + kAhead; ++p) prefetch_row<S>(block.coefficients + std::size_t(block.row[p]) * S::kRow);
+  prefetch_offsets(block, block.begin[0], StagedRows<S, stressed>::kMost);
   std::memset(tile, 0, sizeof(float) * std::size_t(S::fields * S::places + kTileSlack));
   StagedRows<S, stressed> rows;
   int cell = 0;
   for (std::uint32_t first = block.begin[0]; first < end; first += rows.kMost) {
     const std::uint32_t staged = end - first < std::uint32_t(rows.kMost) ? end - first : std::uint32_t(rows.kMost), stop = first + staged;
+    prefetch_offsets(block, stop, std::uint32_t(rows.kMost));
     rows.make(block, first, staged, factor);
     for (std::uint32_t p = first; p < stop;) {
       while (block.begin[cell + 1] <= p) ++cell;
