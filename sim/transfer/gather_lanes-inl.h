@@ -12,6 +12,7 @@
 #define SIM_TRANSFER_GATHER_LANES_INL_H
 #endif
 
+#include <array>
 #include <type_traits>
 
 #include "sim/transfer/lanes-inl.h"
@@ -39,6 +40,7 @@ class Terms {
   static constexpr int kLattice = l, kEdge = Lattice<3>::kBlock, kCells = kEdge * kEdge;
   /// Of an axis: where lanes of a cell use two stencils, those of the lower one and then of the upper one.
   static constexpr int kX = S::n * (S::width(l, 0) - S::n + 1), kY = S::n * (S::width(l, 1) - S::n + 1), kZ = S::n * (S::width(l, 2) - S::n + 1);
+  static constexpr int kTerms[3] = {kX, kY, kZ};
 
   HWY_INLINE explicit Terms(const float* HWY_RESTRICT tile) {
     alignas(64) float of_z[kZ][S::tile][S::tile][kEdge];
@@ -58,8 +60,8 @@ class Terms {
         make<0, Slab>([&](int node) { return Slab::load(of_yz_[b][c][slab + node + S::first(l, 0) + 1]); },
                       [&](int t, Slab term) { term.store(of_xyz_[t][b][c]); });
   }
-  /// Of the slab's cell number `cell`: numbers of the axes' terms, in the order of the axes.
-  HWY_INLINE float at(int a, int b, int c, int cell) const { return of_xyz_[a][b][c][cell]; }
+  /// Of the slab's cell number `cell`; the number of the term along each axis.
+  HWY_INLINE float at(const std::array<int, 3>& term, int cell) const { return of_xyz_[term[0]][term[1]][term[2]][cell]; }
 
  private:
   using Slab = Plane<4>;
@@ -125,33 +127,35 @@ struct Factors {
 
 /// Whether a set of `count` modes wants a product of results; with the gradient, the slopes along one axis each.
 template <int count, bool gradient>
-constexpr bool wants(int a, int b, int c) {
+constexpr bool wants(const std::array<int, 3>& result) {
+  const auto [a, b, c] = result;
   if (a < kSlope && b < kSlope && c < kSlope) return keeps<count>(a, b, c) && (count == 27 || (a < 2 && b < 2 && c < 2));
   return gradient && a + b + c == kSlope;
 }
-/// Whether it wants some product with those results of two of the axes, or of one; -1 for any.
-template <int count, bool gradient>
-constexpr bool wants_some(int a, int b, int c) {
+
+/// One axis after the other, and which results of the first, of the first two and of all three are wanted on the way.
+struct Course {
+  std::array<int, 3> axis;
+  bool first[kResults]{}, two[kResults][kResults]{}, all[kResults][kResults][kResults]{};
+
+  /// By axis what is given by its turn.
+  constexpr std::array<int, 3> by_axis(int first_one, int second, int third) const {
+    std::array<int, 3> of{};
+    of[std::size_t(axis[0])] = first_one, of[std::size_t(axis[1])] = second, of[std::size_t(axis[2])] = third;
+    return of;
+  }
+};
+/// The wide axis of quadratic faces comes first: its terms are chosen lane by lane, once for every pair of terms of the others.
+template <class S, int l, int count, bool gradient>
+constexpr Course kCourse = [] {
+  Course c{.axis = {2, 1, 0}};
+  if (S::faces && S::n == 3 && l == 0) c.axis = {0, 2, 1};
+  if (S::faces && S::n == 3 && l == 1) c.axis = {1, 2, 0};
   for (int i = 0; i < kResults; ++i)
     for (int j = 0; j < kResults; ++j)
       for (int k = 0; k < kResults; ++k)
-        if ((a < 0 || a == i) && (b < 0 || b == j) && (c < 0 || c == k) && wants<count, gradient>(i, j, k)) return true;
-  return false;
-}
-template <int count, bool gradient>
-constexpr auto kWants = [] {
-  struct {
-    bool all[kResults][kResults][kResults], xy[kResults][kResults], yz[kResults][kResults], zx[kResults][kResults], of[3][kResults];
-  } w{};
-  for (int i = 0; i < kResults; ++i)
-    for (int j = 0; j < kResults; ++j) {
-      for (int k = 0; k < kResults; ++k) w.all[i][j][k] = wants<count, gradient>(i, j, k);
-      w.xy[i][j] = wants_some<count, gradient>(i, j, -1);
-      w.yz[i][j] = wants_some<count, gradient>(-1, i, j);
-      w.zx[i][j] = wants_some<count, gradient>(j, -1, i);
-    }
-  for (int i = 0; i < kResults; ++i) w.of[0][i] = wants_some<count, gradient>(i, -1, -1), w.of[1][i] = wants_some<count, gradient>(-1, i, -1), w.of[2][i] = wants_some<count, gradient>(-1, -1, i);
-  return w;
+        if (wants<count, gradient>(c.by_axis(i, j, k))) c.first[i] = c.two[i][j] = c.all[i][j][k] = true;
+  return c;
 }();
 
 /// What eight particles of a cell want of a component, by results along x, y and z.
@@ -159,85 +163,38 @@ struct Results {
   V at[kResults][kResults][kResults];
 };
 
-/// The wide axis of quadratic faces comes first: its terms are chosen lane by lane, which costs as often as there are terms of the others.
 template <class S, int l, int count, bool gradient>
 HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Results& r) {
-  constexpr auto& wanted = kWants<count, gradient>;
-  using T = Terms<S, l>;
-  const Factors<S::n, S::kind(l, 0)> x(t[0]);
-  const Factors<S::n, S::kind(l, 1)> y(t[1]);
-  const Factors<S::n, S::kind(l, 2)> z(t[2]);
-  const auto term = [&](int a, int b, int c) { return hn::Set(kTag, terms.at(a, b, c, cell)); };
-  if constexpr (S::faces && S::n == 3 && l == 0) {
-    V of_x[kResults][T::kY][T::kZ], of_xz[kResults][T::kY][kResults];
+  constexpr const Course& course = kCourse<S, l, count, gradient>;
+  constexpr int P = course.axis[0], Q = course.axis[1], R = course.axis[2], kQ = Terms<S, l>::kTerms[Q], kR = Terms<S, l>::kTerms[R];
+  const Factors<S::n, S::kind(l, P)> first(t[P]);
+  const Factors<S::n, S::kind(l, Q)> second(t[Q]);
+  const Factors<S::n, S::kind(l, R)> third(t[R]);
+  V of_first[kResults][kQ][kR], of_two[kResults][kResults][kR];
 #pragma GCC unroll 4
-    for (int b = 0; b < T::kY; ++b)
+  for (int v = 0; v < kQ; ++v)
 #pragma GCC unroll 4
-      for (int c = 0; c < T::kZ; ++c)
+    for (int w = 0; w < kR; ++w)
 #pragma GCC unroll 4
-        for (int i = 0; i < kResults; ++i)
-          if (wanted.of[0][i]) of_x[i][b][c] = x.result(i, [&](int k) { return term(k, b, c); });
+      for (int i = 0; i < kResults; ++i)
+        if (course.first[i]) of_first[i][v][w] = first.result(i, [&](int u) { return hn::Set(kTag, terms.at(course.by_axis(u, v, w), cell)); });
 #pragma GCC unroll 4
-    for (int i = 0; i < kResults; ++i)
-#pragma GCC unroll 4
-      for (int b = 0; b < T::kY; ++b)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.zx[k][i]) of_xz[i][b][k] = z.result(k, [&](int c) { return of_x[i][b][c]; });
+  for (int w = 0; w < kR; ++w)
 #pragma GCC unroll 4
     for (int i = 0; i < kResults; ++i)
 #pragma GCC unroll 4
       for (int j = 0; j < kResults; ++j)
+        if (course.two[i][j]) of_two[i][j][w] = second.result(j, [&](int v) { return of_first[i][v][w]; });
 #pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.all[i][j][k]) r.at[i][j][k] = y.result(j, [&](int b) { return of_xz[i][b][k]; });
-  } else if constexpr (S::faces && S::n == 3 && l == 1) {
-    V of_y[T::kX][kResults][T::kZ], of_yz[T::kX][kResults][kResults];
+  for (int i = 0; i < kResults; ++i)
 #pragma GCC unroll 4
-    for (int a = 0; a < T::kX; ++a)
+    for (int j = 0; j < kResults; ++j)
 #pragma GCC unroll 4
-      for (int c = 0; c < T::kZ; ++c)
-#pragma GCC unroll 4
-        for (int j = 0; j < kResults; ++j)
-          if (wanted.of[1][j]) of_y[a][j][c] = y.result(j, [&](int k) { return term(a, k, c); });
-#pragma GCC unroll 4
-    for (int a = 0; a < T::kX; ++a)
-#pragma GCC unroll 4
-      for (int j = 0; j < kResults; ++j)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.yz[j][k]) of_yz[a][j][k] = z.result(k, [&](int c) { return of_y[a][j][c]; });
-#pragma GCC unroll 4
-    for (int i = 0; i < kResults; ++i)
-#pragma GCC unroll 4
-      for (int j = 0; j < kResults; ++j)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.all[i][j][k]) r.at[i][j][k] = x.result(i, [&](int a) { return of_yz[a][j][k]; });
-  } else {
-    V of_z[T::kX][T::kY][kResults], of_yz[T::kX][kResults][kResults];
-#pragma GCC unroll 4
-    for (int a = 0; a < T::kX; ++a)
-#pragma GCC unroll 4
-      for (int b = 0; b < T::kY; ++b)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.of[2][k]) of_z[a][b][k] = z.result(k, [&](int c) { return term(a, b, c); });
-#pragma GCC unroll 4
-    for (int a = 0; a < T::kX; ++a)
-#pragma GCC unroll 4
-      for (int j = 0; j < kResults; ++j)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.yz[j][k]) of_yz[a][j][k] = y.result(j, [&](int b) { return of_z[a][b][k]; });
-#pragma GCC unroll 4
-    for (int i = 0; i < kResults; ++i)
-#pragma GCC unroll 4
-      for (int j = 0; j < kResults; ++j)
-#pragma GCC unroll 4
-        for (int k = 0; k < kResults; ++k)
-          if (wanted.all[i][j][k]) r.at[i][j][k] = x.result(i, [&](int a) { return of_yz[a][j][k]; });
-  }
+      for (int k = 0; k < kResults; ++k)
+        if (course.all[i][j][k]) {
+          const auto [a, b, c] = course.by_axis(i, j, k);
+          r.at[a][b][c] = third.result(k, [&](int w) { return of_two[i][j][w]; });
+        }
 }
 
 template <int count>

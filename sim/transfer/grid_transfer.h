@@ -37,7 +37,7 @@ struct Departure {
 template <int D, class Real>
 using Gradients = std::vector<Eigen::Matrix<Real, D, D, Eigen::RowMajor>>;
 
-/// fast: eight particles at a time where lanes.h has a path for the set, plain elsewhere. plain: one particle at a time, the reference.
+/// fast: by vectors where lanes.h has a path for the set, plain elsewhere. plain: node by node, the reference.
 enum class Path { fast, plain };
 
 /// The transfer of one scheme: mode set and kernel. Stateless between calls. Fields live on `blocks`, which must hold the stencils of all

@@ -97,45 +97,36 @@ HWY_INLINE void prefetch_row(const float* coefficients) {
   __builtin_prefetch(row + sizeof(float) * S::kRow - 1);
 }
 
-/// Adds particles [p, end) of one cell to the tile, at the cell's place in it; `at` is the number of p's staged rows.
+/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k), X, Y and Z
+/// being weight times polynomial along the axes: products of Y and Z are vectors over the plane, coefficients and X are numbers.
 template <class S, int l, bool stressed>
-HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& rows, const float* stress, std::uint32_t p, std::uint32_t end,
-                             std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
-  using P = Plane<StagedRows<S, stressed>::kEdge>;
-  constexpr int wx = S::width(l, 0), wy = S::width(l, 1), components = S::faces ? 1 : 3;
-  const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
-  P mass[wx], momentum[components][wx];
+class CellSums {
+ public:
+  using Staged = StagedRows<S, stressed>;
+  using P = Plane<Staged::kEdge>;
+
+  HWY_INLINE CellSums() {
 #pragma GCC unroll 4
-  for (int i = 0; i < wx; ++i) {
-    mass[i] = P::zero();
+    for (int i = 0; i < kWide; ++i) {
+      mass_[i] = P::zero();
 #pragma GCC unroll 3
-    for (int k = 0; k < components; ++k) momentum[k][i] = P::zero();
-  }
-  for (; p < end; ++p, ++at) {
-    const std::size_t number = block.row ? block.row[p] : p;
-    if (l == 0 && block.row) {
-      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
-      prefetch_row<S>(block.coefficients + ahead * S::kRow);
-      if constexpr (stressed) __builtin_prefetch(stress + 6 * ahead);
+      for (int k = 0; k < kComponents; ++k) momentum_[k][i] = P::zero();
     }
-    const float* const c = block.coefficients + number * S::kRow + (S::faces ? l * S::count : 0);
-    P product[S::modes][S::modes];   // of the other two axes
+  }
+  /// A particle by its number among the staged ones, its coefficients and its stress.
+  HWY_INLINE void add(const Staged& rows, std::uint32_t at, const float* c, const float* stress) {
+    P product[S::modes][S::modes];   // of y and z
 #pragma GCC unroll 3
     for (int b = 0; b < S::modes; ++b)
 #pragma GCC unroll 3
       for (int m = 0; m < S::modes; ++m)
-        if (keeps<S::count>(0, b, m))
-          product[b][m] = P::whole_lines(rows.template row<l, 1>(b, at)) * P::same_lines(rows.template row<l, 2>(m, at));
-    const float* const x = rows.template row<l, 0>(0, at);
-    constexpr int next = StagedRows<S, stressed>::kMost * 4;   // from mode to mode
+        if (keeps<S::count>(0, b, m)) product[b][m] = in_plane(rows, at, b, m);
     P slope_y, slope_z;
-    if constexpr (stressed) {
-      slope_y = P::whole_lines(rows.template row<l, 1>(S::modes, at)) * P::same_lines(rows.template row<l, 2>(0, at));
-      slope_z = P::whole_lines(rows.template row<l, 1>(0, at)) * P::same_lines(rows.template row<l, 2>(S::modes, at));
-    }
+    if constexpr (stressed) slope_y = in_plane(rows, at, S::modes, 0), slope_z = in_plane(rows, at, 0, S::modes);
+    const float* const x = rows.template row<l, 0>(0, at);
+    constexpr int next = Staged::kMost * 4;   // from mode to mode
 #pragma GCC unroll 3
-    for (int k = 0; k < components; ++k) {
-      constexpr int symmetric[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    for (int k = 0; k < kComponents; ++k) {
 #pragma GCC unroll 3
       for (int a = 0; a < S::modes; ++a) {
         P sum = P::all(c[k * S::count + kNumber.of[a][0][0]]) * product[0][0];
@@ -145,31 +136,57 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
           for (int m = 0; m < S::modes; ++m)
             if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[k * S::count + kNumber.of[a][b][m]]), product[b][m], sum);
         if constexpr (stressed) {
-          if (a == 0) {
-            sum = fused(P::all(stress[6 * number + std::size_t(symmetric[k][1])]), slope_y, sum);
-            sum = fused(P::all(stress[6 * number + std::size_t(symmetric[k][2])]), slope_z, sum);
-          }
+          if (a == 0) sum = fused(P::all(stress[kRow[k][2]]), slope_z, fused(P::all(stress[kRow[k][1]]), slope_y, sum));
         }
-#pragma GCC unroll 4
-        for (int i = 0; i < wx; ++i) momentum[k][i] = fused(P::all(x[a * next + i]), sum, momentum[k][i]);
+        add_along_x(x + a * next, sum, momentum_[k]);
       }
-      if constexpr (stressed) {
-        const P along = P::all(stress[6 * number + std::size_t(symmetric[k][0])]) * product[0][0];
-#pragma GCC unroll 3
-        for (int i = 0; i < wx; ++i) momentum[k][i] = fused(P::all(x[S::modes * next + i]), along, momentum[k][i]);
-      }
+      if constexpr (stressed) add_along_x(x + S::modes * next, P::all(stress[kRow[k][0]]) * product[0][0], momentum_[k]);
     }
-#pragma GCC unroll 4
-    for (int i = 0; i < wx; ++i) mass[i] = fused(P::all(x[i]), product[0][0], mass[i]);
+    add_along_x(x, product[0][0], mass_);
   }
-  float* HWY_RESTRICT first = tile + std::ptrdiff_t(place) + S::first_place(l);
+  /// To the tile, from the cell's first node on.
+  HWY_INLINE void add_to(float* HWY_RESTRICT first) const {
 #pragma GCC unroll 4
-  for (int i = 0; i < wx; ++i) {
-    mass[i].template add_to<wy>(first + l * S::places + i * S::tile * S::tile, S::tile);
+    for (int i = 0; i < kWide; ++i) {
+      float* const plane = first + i * S::tile * S::tile;
+      mass_[i].template add_to<S::width(l, 1)>(plane + l * S::places, S::tile);
 #pragma GCC unroll 3
-    for (int k = 0; k < components; ++k)
-      momentum[k][i].template add_to<wy>(first + (S::lattices + (S::faces ? l : k)) * S::places + i * S::tile * S::tile, S::tile);
+      for (int k = 0; k < kComponents; ++k)
+        momentum_[k][i].template add_to<S::width(l, 1)>(plane + (S::lattices + (S::faces ? l : k)) * S::places, S::tile);
+    }
   }
+
+ private:
+  static constexpr int kWide = S::width(l, 0), kComponents = S::faces ? 1 : 3;
+  static constexpr int kRow[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};   // of a symmetric matrix
+
+  HWY_INLINE static P in_plane(const Staged& rows, std::uint32_t at, int y, int z) {
+    return P::whole_lines(rows.template row<l, 1>(y, at)) * P::same_lines(rows.template row<l, 2>(z, at));
+  }
+  HWY_INLINE static void add_along_x(const float* x, P plane, P (&sum)[kWide]) {
+#pragma GCC unroll 4
+    for (int i = 0; i < kWide; ++i) sum[i] = fused(P::all(x[i]), plane, sum[i]);
+  }
+
+  P mass_[kWide], momentum_[kComponents][kWide];
+};
+
+/// Adds particles [p, end) of one cell to the tile, at the cell's place in it; `at` is the number of p's staged rows.
+template <class S, int l, bool stressed>
+HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& rows, const float* stress, std::uint32_t p, std::uint32_t end,
+                             std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
+  const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
+  CellSums<S, l, stressed> sums;
+  for (; p < end; ++p, ++at) {
+    const std::size_t number = block.row ? block.row[p] : p;
+    if (l == 0 && block.row) {
+      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
+      prefetch_row<S>(block.coefficients + ahead * S::kRow);
+      if constexpr (stressed) __builtin_prefetch(stress + 6 * ahead);
+    }
+    sums.add(rows, at, block.coefficients + number * S::kRow + (S::faces ? l * S::count : 0), stressed ? stress + 6 * number : nullptr);
+  }
+  sums.add_to(tile + std::ptrdiff_t(place) + S::first_place(l));
 }
 
 template <class S, bool stressed>
