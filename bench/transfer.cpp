@@ -162,7 +162,7 @@ class Deformations {
       std::array<std::uint32_t, per_block + 1> local;
       for (std::size_t k = 0; k <= per_block; ++k) local[k] = std::uint32_t(begin_of[k] - begin);
       thread_local std::vector<float> v, gradient;
-      v.resize(3 * (end - begin)), gradient.resize(9 * (end - begin));
+      v.resize(3 * (end - begin + lanes::kMotionSlack)), gradient.resize(9 * (end - begin + lanes::kMotionSlack));
       kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .row = nullptr,
                        .coefficients = &particles.coefficients[begin * particles.row()]},
                       nodes.data(), {.velocity = v.data(), .gradient = gradient.data()});

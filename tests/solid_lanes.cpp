@@ -208,7 +208,7 @@ TEST(SolidLanes, AStepEightAtATimeIsThePlainStepInDoublePrecisionToRounding) {
       EXPECT_NEAR(a.speed, b.speed, 1e-4 * b.speed) << c.name;
       for (std::size_t g = 0; g < fast.size(); ++g) {
         const Difference d = difference(fast[g], plain[g]), moved = difference(before[g], plain[g]);
-        EXPECT_LT(d.velocity, modes == 27 ? 1e-4 : 1e-6) << c.name << " " << modes;   // 27 modes see nodes a thousandth of a particle heavy
+        EXPECT_LT(d.velocity, modes == 27 ? 1e-4 : 2e-6) << c.name << " " << modes;   // 27 modes see nodes a thousandth of a particle heavy
         EXPECT_LT(d.place, 2e-7) << c.name << " " << modes;
         EXPECT_LT(d.strain, 2e-6) << c.name << " " << modes;
         EXPECT_LT(d.state, 4e-6) << c.name << " " << modes;

@@ -397,7 +397,7 @@ void BlockGather<D, Real>::run(Group<D, Real>& group, std::size_t block) {
   begin_ = ranges[0], end_ = ranges[per_block];
   const std::size_t count = end_ - begin_;
   if (lost >= 0) return;
-  velocity_.resize(count * D), gradient_.resize(count * D * D);
+  velocity_.resize((count + lanes::kMotionSlack) * D), gradient_.resize((count + lanes::kMotionSlack) * D * D);
   flags_.resize(count + 8);   // eight are read at a time
   const Cell<D> at = blocks_.lattice().block_at(group.ranges.occupied[block]);
   bool fast = false;

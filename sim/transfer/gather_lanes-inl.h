@@ -230,7 +230,8 @@ struct BlockTerms {
   }
 };
 
-/// Coefficients of a batch, and if asked the gradient of the velocity: scratch[3 component + axis] are eight lanes [m/s a cell].
+/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 + component] [m/s] are
+/// eight lanes.
 template <class S, bool gradient>
 HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep, float* HWY_RESTRICT scratch) {
   terms.for_components([&](int component, const auto& own) {
@@ -255,6 +256,7 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
     if constexpr (gradient) {
       const V slope[3] = {r.at[kSlope][0][0], r.at[0][kSlope][0], r.at[0][0][kSlope]};
       for (int a = 0; a < 3; ++a) hn::Store(slope[a], kTag, scratch + (3 * component + a) * kLanes);
+      hn::Store(r.at[0][0][0], kTag, scratch + (9 + component) * kLanes);
     }
   });
 }
@@ -278,7 +280,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
     if (before) before->make_slab(slab);
     for_batches(block, slab * slab_cells, (slab + 1) * slab_cells, [&](std::uint32_t p, int size, int cell) {
       float spare[3 * S::count + 4];
-      HWY_ALIGN float scratch[gradient ? 9 * kLanes : kLanes];
+      HWY_ALIGN float scratch[gradient ? 12 * kLanes : kLanes];
       prefetch_written<S>(block, p);
       prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, spare);

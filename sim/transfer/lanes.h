@@ -39,7 +39,9 @@ struct Stresses {
   const float* row = nullptr;
   float factor = 1;                       // momentum, in units of a particle's mass, is factor times stress times the slopes of the weights [1/cell]
 };
-/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each.
+/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each. Whole vectors are written:
+/// room for kMotionSlack particles behind the block's is needed.
+inline constexpr int kMotionSlack = 8;
 struct Motions {
   float* velocity = nullptr;              // [m/s]
   float* gradient = nullptr;              // [m/s a cell]

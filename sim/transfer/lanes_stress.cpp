@@ -19,26 +19,23 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
 template <class S>
 HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions) {
   constexpr Half half{};
-  float spare[3 * S::count + 4], spare_row[12], spare_velocity[4];
-  HWY_ALIGN float scratch[9 * kLanes];
+  float spare[3 * S::count + 4];
+  HWY_ALIGN float scratch[12 * kLanes];
   prefetch_written<S>(block, p);
+  prefetch_offsets(block, p + 64, kLanes);
   const Batch<S> batch(block, p, size, spare);
   gather_batch<S, true>(batch, cell, terms, nullptr, 0, scratch);
-  float *row[kLanes], *velocity[kLanes];
-  for (int l = 0; l < kLanes; ++l) {
-    row[l] = l < size ? motions.gradient + 9 * (std::size_t(p) + std::size_t(l)) : spare_row;
-    velocity[l] = l < size ? motions.velocity + 3 * (std::size_t(p) + std::size_t(l)) : spare_velocity;
-  }
+  float* const row = motions.gradient + 9 * std::size_t(p);   // lanes that do not count write what the next batch writes over
 #pragma GCC unroll 3
   for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
     const int from = g < 2 ? 4 * g : 5;
     V c[4];
     for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
     transpose(c[0], c[1], c[2], c[3]);
-    for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row[l] + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row[l + 4] + from);
+    for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row + 9 * l + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row + 9 * (l + 4) + from);
   }
-  for (int l = 0; l < kLanes; ++l)
-    for (int c = 0; c < 3; ++c) velocity[l][c] = batch.at[l][c * S::count];
+  const float* const v = scratch + 9 * kLanes;
+  hn::StoreInterleaved3(hn::Load(kTag, v), hn::Load(kTag, v + kLanes), hn::Load(kTag, v + 2 * kLanes), kTag, motions.velocity + 3 * std::size_t(p));
 }
 
 template <class S>

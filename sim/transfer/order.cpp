@@ -336,7 +336,7 @@ std::int64_t CanonicalOrder<D, Real>::bytes(const Particles<D, Real>& particles)
   const auto bytes_of = [](const auto& column) { return std::int64_t(column.size() * sizeof(column[0])); };
   // Rows lie here or with the particles; a gather empties them, but their storage stays.
   const auto rows = std::int64_t(std::min(std::max(particles.rows.capacity(), sorted_.rows.capacity()), cell_.size()) * sizeof(std::uint32_t));
-  return bytes_of(cell_) + bytes_of(from_) + bytes_of(sorted_.cell) + bytes_of(sorted_.offset) + bytes_of(sorted_.id) + bytes_of(sorted_.coefficients) + rows;
+  return 2 * bytes_of(cell_) + bytes_of(sorted_.cell) + bytes_of(sorted_.offset) + bytes_of(sorted_.id) + bytes_of(sorted_.coefficients) + rows;
 }
 
 bool has_short_rows(std::size_t row) { return row <= kShortRow; }
