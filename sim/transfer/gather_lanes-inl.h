@@ -15,6 +15,8 @@
 #include <array>
 #include <type_traits>
 
+#include <hwy/cache_control.h>
+
 #include "sim/transfer/lanes-inl.h"
 #include "sim/transfer/planes-inl.h"
 
@@ -272,8 +274,60 @@ HWY_INLINE void prefetch_written(const Block& block, std::uint32_t p) {
   for (std::size_t byte = 0; byte < kLanes * sizeof(float) * Batch<S>::kRow; byte += 64) __builtin_prefetch(row + byte, 1);
 }
 
-template <class S, bool gradient>
-HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTerms<S>& terms, BlockTerms<S>* before) {
+/// Rows of a block as they are written: where they belong, or past the caches.
+template <class S>
+class RowsInPlace {
+ public:
+  HWY_INLINE explicit RowsInPlace(const Block& block) : block_(block) {}
+  /// Where those from particle p on are written; then how many were.
+  HWY_INLINE float* begin(std::uint32_t p) {
+    prefetch_written<S>(block_, p);
+    return block_.coefficients + std::size_t(p) * S::kRow;
+  }
+  HWY_INLINE void end(int) {}
+  HWY_INLINE void finish() {}
+
+ private:
+  const Block& block_;
+};
+/// A line that is stored whole need not be read first. Rows come together here and leave as lines of 64 bytes; the first and the last of a block, which may be
+/// shared, go the usual way.
+template <class S>
+class RowsPastCaches {
+ public:
+  HWY_INLINE explicit RowsPastCaches(const Block& block) {
+    float* const first = block.coefficients + std::size_t(block.begin[0]) * S::kRow;
+    skipped_ = held_ = int(reinterpret_cast<std::uintptr_t>(first) % 64 / sizeof(float));
+    line_ = first - held_;
+  }
+  HWY_INLINE float* begin(std::uint32_t) { return lines_ + held_; }
+  HWY_INLINE void end(int count) {
+    held_ += count * S::kRow;
+    int at = 0;
+    if (skipped_ > 0 && held_ >= kLineFloats) {
+      std::memcpy(line_ + skipped_, lines_ + skipped_, sizeof(float) * std::size_t(kLineFloats - skipped_));
+      at = kLineFloats, skipped_ = 0;
+    }
+    for (; at + kLineFloats <= held_; at += kLineFloats)
+      for (int part = 0; part < kLineFloats; part += kLanes) hn::Stream(hn::Load(kTag, lines_ + at + part), kTag, line_ + at + part);
+    for (int part = 0; part < kLineFloats; part += kLanes) hn::Store(hn::Load(kTag, lines_ + at + part), kTag, lines_ + part);
+    line_ += at, held_ -= at;
+  }
+  /// Once all are written.
+  HWY_INLINE void finish() {
+    std::memcpy(line_ + skipped_, lines_ + skipped_, sizeof(float) * std::size_t(held_ - skipped_));
+    hwy::FlushStream();
+  }
+
+ private:
+  static constexpr int kLineFloats = 64 / sizeof(float);
+  alignas(64) float lines_[2 * kLineFloats + kLanes * S::kRow];   // what is to be written at line_, the beginning of a line
+  float* line_;
+  int held_, skipped_;                                            // numbers; of the first line those that are another block's
+};
+
+template <class S, bool gradient, class Rows>
+HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTerms<S>& terms, BlockTerms<S>* before, Rows& rows) {
   constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
   for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
     terms.make_slab(slab);
@@ -281,27 +335,35 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
     for_batches(block, slab * slab_cells, (slab + 1) * slab_cells, [&](std::uint32_t p, int size, int cell) {
       float spare[3 * S::count + 4];
       HWY_ALIGN float scratch[gradient ? 12 * kLanes : kLanes];
-      prefetch_written<S>(block, p);
       prefetch_offsets(block, p + 64, kLanes);
-      const Batch<S> batch(block, p, size, spare);
+      const Batch<S> batch(block, p, size, rows.begin(p), spare);
       gather_batch<S, gradient>(batch, cell % slab_cells, terms, before, g.keep, scratch);
+      rows.end(size);
       if constexpr (gradient)
         for (int lane = 0; lane < size; ++lane)
           for (int k = 0; k < 9; ++k) g.gradient[9 * (std::size_t(p) + std::size_t(lane)) + std::size_t(k)] = scratch[k * kLanes + lane];
     });
   }
+  rows.finish();
 }
 
 template <class S, bool gradient>
 HWY_INLINE void gather_some(const Block& block, const Gathering& g) {
   BlockTerms<S> terms(g.tile);
+  if constexpr (S::count == 27) {
+    if (block.streams) {
+      RowsPastCaches<S> rows(block);
+      return gather_particles<S, gradient>(block, g, terms, nullptr, rows);
+    }
+  }
+  RowsInPlace<S> rows(block);
   if constexpr (S::count == 1) {
     if (g.before) {
       BlockTerms<S> before(g.before);
-      return gather_particles<S, gradient>(block, g, terms, &before);
+      return gather_particles<S, gradient>(block, g, terms, &before, rows);
     }
   }
-  gather_particles<S, gradient>(block, g, terms, nullptr);
+  gather_particles<S, gradient>(block, g, terms, nullptr, rows);
 }
 
 template <class S>

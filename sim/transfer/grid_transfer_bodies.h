@@ -170,7 +170,7 @@ typename Layout::Real read(const typename Layout::Field& field, int component, s
 template <class Layout, int n>
 void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b, const ActiveBlocks<Layout::kDimension>& blocks,
                   const typename Layout::Field& velocity, const typename Layout::Field* before, const GatherRule& rule,
-                  Particles<Layout::kDimension, typename Layout::Real>& particles, Gradients<Layout::kDimension, typename Layout::Real>* gradients) {
+                  Particles<Layout::kDimension, typename Layout::Real>& particles, Gradients<Layout::kDimension, typename Layout::Real>* gradients, bool streams) {
   using Real = typename Layout::Real;
   constexpr int D = Layout::kDimension, kTile = Lattice<D>::kBlock + n;
   if constexpr (std::is_same_v<Real, float>) {
@@ -184,7 +184,9 @@ void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b,
       g.before = then.data();
     }
     if (gradients) g.gradient = gradients->front().data();
-    kernel(lanes_of(ranges, b, particles, particles.coefficients.data()), g);
+    lanes::Block own = lanes_of(ranges, b, particles, particles.coefficients.data());
+    own.streams = streams;
+    kernel(own, g);
   }
 }
 
@@ -274,11 +276,12 @@ void GridTransfer<Layout>::gather(const CellRanges& ranges, const ActiveBlocks<D
   particles.rows.clear();
   if (gradients) gradients->resize(particles.size());
   const bool fast = is_fast() && ranges.home == home();
+  const bool streams = !after && particles.coefficients.size() * sizeof(Real) > lanes::kStreamedBytes;
   base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
     const std::size_t begin = ranges.begin[b * per_block], end = ranges.begin[(b + 1) * per_block];
     if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles, gradients);
-    else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
-    else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients);
+    else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients, streams);
+    else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients, streams);
     if (after) after(b);
   });
 }

@@ -165,9 +165,9 @@ struct Batch {
   V t[3];
   int size;
 
-  /// Particles [p, p + lanes), whose rows are their numbers; lanes that do not count have `spare` for one.
-  HWY_INLINE Batch(const Block& block, std::uint32_t p, int lanes, float* spare) : size(lanes) {
-    for (int l = 0; l < kLanes; ++l) at[l] = l < lanes ? block.coefficients + (std::size_t(p) + std::size_t(l)) * kRow : spare;
+  /// Particles [p, p + lanes), whose rows follow each other from `first` on; lanes that do not count have `spare` for one.
+  HWY_INLINE Batch(const Block& block, std::uint32_t p, int lanes, float* first, float* spare) : size(lanes) {
+    for (int l = 0; l < kLanes; ++l) at[l] = l < lanes ? first + l * kRow : spare;
     load_offsets(block, p, t);   // lanes that do not count get the offsets of others
   }
 

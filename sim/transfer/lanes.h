@@ -17,6 +17,7 @@ struct Block {
   const float* offset = nullptr;          // of all particles, three each
   const std::uint32_t* row = nullptr;     // of each particle, its row of coefficients; null: its own number
   float* coefficients = nullptr;          // rows of three components
+  bool streams = false;                   // a gather may write rows past the caches: there are more than these hold, and nobody reads them soon
 };
 
 /// Of a scatter's tile, behind its fields: whole vectors are added to its nodes.
@@ -50,6 +51,9 @@ struct MovingKernels {
   void (*scatter)(const Block&, const Stresses&, float* tile) = nullptr;                // as Scatter
   void (*gather)(const Block&, const float* tile, const Motions&) = nullptr;            // as Gather
 };
+
+/// Rows of so many bytes in all are more than caches hold.
+inline constexpr std::size_t kStreamedBytes = std::size_t(1) << 26;
 
 struct Kernels {
   Scatter scatter = nullptr;

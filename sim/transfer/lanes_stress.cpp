@@ -16,15 +16,15 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
 }
 
 /// G2P with the velocity and its gradient as rows of their own, while they are in registers: rows of coefficients are long.
-template <class S>
-HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions) {
+template <class S, class Rows>
+HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions, Rows& rows) {
   constexpr Half half{};
   float spare[3 * S::count + 4];
   HWY_ALIGN float scratch[12 * kLanes];
-  prefetch_written<S>(block, p);
   prefetch_offsets(block, p + 64, kLanes);
-  const Batch<S> batch(block, p, size, spare);
+  const Batch<S> batch(block, p, size, rows.begin(p), spare);
   gather_batch<S, true>(batch, cell, terms, nullptr, 0, scratch);
+  rows.end(size);
   float* const row = motions.gradient + 9 * std::size_t(p);   // lanes that do not count write what the next batch writes over
 #pragma GCC unroll 3
   for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
@@ -38,15 +38,28 @@ HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int
   hn::StoreInterleaved3(hn::Load(kTag, v), hn::Load(kTag, v + kLanes), hn::Load(kTag, v + 2 * kLanes), kTag, motions.velocity + 3 * std::size_t(p));
 }
 
-template <class S>
-void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
+template <class S, class Rows>
+HWY_INLINE void gather_moving_into(const Block& block, const float* tile, const Motions& motions, Rows& rows) {
   constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
   BlockTerms<S> terms(tile);
   for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
     terms.make_slab(slab);
     for_batches(block, slab * slab_cells, (slab + 1) * slab_cells,
-                [&](std::uint32_t p, int size, int cell) { gather_moving<S>(block, p, size, cell % slab_cells, terms, motions); });
+                [&](std::uint32_t p, int size, int cell) { gather_moving<S>(block, p, size, cell % slab_cells, terms, motions, rows); });
   }
+  rows.finish();
+}
+
+template <class S>
+void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
+  if constexpr (S::count == 27) {
+    if (block.streams) {
+      RowsPastCaches<S> rows(block);
+      return gather_moving_into<S>(block, tile, motions, rows);
+    }
+  }
+  RowsInPlace<S> rows(block);
+  gather_moving_into<S>(block, tile, motions, rows);
 }
 
 }  // namespace
