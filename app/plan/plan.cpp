@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/text.h"
 #include "render/plan.h"
 #include "sim/plan.h"
 #include "surface/plan.h"
@@ -87,7 +88,7 @@ base::Plan switched_off(base::Plan plan) {
 std::string count_text(const Shot& shot) {
   const std::int64_t d = shot.scene.options.dimension;
   const auto modes = sim::most_modes(shot.scene);
-  return std::to_string(modes) + (modes == 1 ? " mode" : " modes") + (d == 2 ? " in two dimensions" : "");
+  return base::count_of(modes, "mode") + (d == 2 ? " in two dimensions" : "");
 }
 
 }  // namespace
