@@ -4,6 +4,8 @@
 #include <charconv>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "app/commands/help.h"
 #include "app/commands/request.h"
 #include "app/version.h"
@@ -31,7 +33,8 @@ FrameRange frames_from(const std::string& text) {
   const std::size_t dash = text.find('-');
   const auto first = count_in(text.substr(0, dash), kMostFrames);
   const auto last = dash == std::string::npos ? first : count_in(text.substr(dash + 1), kMostFrames);
-  if (!first || !last || *last < *first) refuse("--frames " + text, "must be A or A-B, counted from 1");
+  if (!first || !last) refuse("--frames " + text, "must be A or A-B, counted from 1");
+  if (*last < *first) refuse("--frames " + text, "ends before it begins", fmt::format("did you mean {}-{}?", *last, *first));
   return {*first, *last};
 }
 
@@ -154,6 +157,19 @@ std::string shell_line(int count, const char* const* words) {
   return line;
 }
 
+/// An option that another makes idle says so.
+void refuse_idle_options(const Request& request) {
+  const auto refuse_beside = [](const std::string& option, const std::string& other, const std::string& why) {
+    refuse(option, "has no effect with " + other + ": " + why);
+  };
+  const std::pair<const char*, bool> of_studies[] = {{"--vary", !request.vary.empty()}, {"--repeats", request.repeats.has_value()},
+                                                     {"--frames", request.frames.has_value()}, {"--out", request.out.has_value()},
+                                                     {"--dry-run", request.dry_run}};
+  for (const auto& [option, is_given] : of_studies)
+    if (request.single && is_given) refuse_beside(option, "--single", "the problem runs once, as --set makes it");
+  if (request.json && request.dry_run) refuse_beside("--json", "--dry-run", "nothing is measured");
+}
+
 Request answer(std::string text) {
   Request request;
   request.text = std::move(text);
@@ -208,6 +224,7 @@ Request parse_command_line(int count, const char* const* given) {
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");
   if (words.graph) request.graph = *words.graph;
+  refuse_idle_options(request);
   return request;
 }
 
