@@ -1,5 +1,8 @@
 #include "app/commands/commands.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -43,6 +46,12 @@ int fail(const base::Complaint& complaint, int code, bool json) {
   return code;
 }
 
+// A pipe whose other end is closed: who reads no further wants to hear nothing more ("| head").
+bool has_lost_its_reader(int stream) {
+  pollfd asked{stream, POLLOUT, 0};
+  return ::poll(&asked, 1, 0) == 1 && (asked.revents & POLLERR) != 0;
+}
+
 bool asks_for_json(int count, const char* const* words) {
   for (int i = 1; i < count; ++i)
     if (std::strcmp(words[i], "--json") == 0) return true;
@@ -56,7 +65,8 @@ int run_command_line(int count, const char* const* words) {
   const auto fault = [&](const std::string& message) { return fail({.message = message}, static_cast<int>(base::Exit::fault), json); };
   try {
     const base::Exit code = carry_out(parse_command_line(count, words));
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return fail({.file = "standard output", .message = "cannot be written"}, static_cast<int>(base::Exit::io), false);
+    if ((std::fflush(stdout) != 0 || std::ferror(stdout)) && !has_lost_its_reader(STDOUT_FILENO))
+      return fail({.file = "standard output", .message = "cannot be written"}, static_cast<int>(base::Exit::io), false);
     return static_cast<int>(code);
   } catch (const base::Error& e) {
     return fail(e.complaint(), static_cast<int>(e.complaint().code), json);
