@@ -66,6 +66,24 @@ TEST_F(Verify, RefusesACaseThatQuickLeavesOut) {
   EXPECT_EQ(outcome.err, "polypic: swelling_by_spin/3d/apic/double: --quick leaves out every case of this name (without --quick they run)\n");
 }
 
+// Every shipped shot is a case; a program that lies alone has none, and says so.
+TEST_F(Verify, SaysThatCasesOfShotsNeedTheShots) {
+  std::filesystem::copy_file(POLYPIC_PROGRAM, log / "polypic");
+  const auto alone = [&](const std::string& words) {
+    const int status = std::system(("cd '" + folder.string() + "' && ../polypic verify " + words + " >../out 2>../err").c_str());
+    return Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 255, text_of(log / "out"), text_of(log / "err")};
+  };
+  const std::string needs = "threads_and_restarts needs the shipped shots, and none lie beside the program\n";
+  const Outcome some = alone("return_mapping/snow/3d");
+  EXPECT_EQ(some.exit, 0) << some.err;
+  EXPECT_NE(some.out.find("1 case: 1 passed, 0 failed; not built, and counted apart: "), std::string::npos) << some.out;
+  EXPECT_NE(some.out.find("left out: " + needs), std::string::npos) << some.out;
+  EXPECT_EQ(run({"verify", "return_mapping/snow/3d"}).out.find("left out"), std::string::npos);
+  const Outcome refused = alone("threads_and_restarts/sand");
+  EXPECT_EQ(refused.exit, 2);
+  EXPECT_EQ(refused.err, "polypic: threads_and_restarts/sand: needs the shipped shots, and none lie beside the program\n");
+}
+
 TEST_F(Verify, ListsItsCases) {
   const Outcome outcome = run({"verify", "--list"});
   EXPECT_EQ(outcome.exit, 0);
