@@ -35,6 +35,7 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
   if (topic.starts_with("problem") || sim::find_problem(topic))
     if (std::vector<KeyRow> own = problem_rows_about(topic); !own.empty()) return own;
   std::vector<std::string> words;
+  for (const sim::ProblemRow& problem : sim::problem_rows()) words.emplace_back(problem.name);
   for (const KeyRow& row : rows) {
     words.push_back(row.key);
     for (std::size_t start = 0, dot = 0; dot != std::string::npos; start = dot + 1) {
@@ -45,8 +46,8 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
   std::erase_if(rows, [&](const KeyRow& row) { return !matches(row.key, topic); });
   if (!rows.empty()) return rows;
   const std::string nearest = base::nearest_word(topic, words);
-  throw base::Error({.code = base::Exit::user, .file = topic, .hint = nearest.empty() ? "polypic params lists them all" : "did you mean " + nearest + "?",
-                     .message = "no such key or table"});
+  throw base::Error({.code = base::Exit::user, .file = topic, .hint = nearest.empty() ? "polypic params lists the keys, polypic list the problems" : "did you mean " + nearest + "?",
+                     .message = "no such key, table or problem"});
 }
 
 void print_json(const std::vector<KeyRow>& rows) {
