@@ -10,18 +10,11 @@
 #include "app/stages/stopwatch.h"
 #include "app/version.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "surface/surface.h"
 
 namespace app {
 namespace {
-
-/// Rounded up to 1, 2 or 5 times a power of ten.
-double round_up(double value) {
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double step : {1.0, 2.0, 5.0})
-    if (value <= step * decade) return step * decade;
-  return 10 * decade;
-}
 
 // A speed [m/s] that the shot's particles hardly pass, the same for all its frames: that of a fall through the domain on
 // top of the fastest start, rounded up to 1, 2 or 5 times a power of ten.
@@ -31,7 +24,7 @@ double top_speed(const sim::Scene& scene) {
   for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
   const double speed = std::sqrt(squared + start * start);
   if (!(speed > 0)) return 1;
-  return round_up(speed);
+  return base::round_up(speed);
 }
 
 /// The end of a preview's colour bar, for all frames: a pressure that stops the fastest liquid, or strains a solid by a twentieth; a strain of a
@@ -40,12 +33,12 @@ std::optional<double> preview_range(const Shot& shot) {
   const std::string& color = shot.render.preview.color;
   const double speed = top_speed(shot.scene);
   if (color == "strain") return 0.1;
-  if (color == "mode_energy") return round_up(5e-4 * speed * speed);
+  if (color == "mode_energy") return base::round_up(5e-4 * speed * speed);
   if (color != "pressure") return {};
   double top = 0;
   for (const sim::Body& body : shot.scene.bodies)
     top = std::max(top, shot.scene.options.is_solid() ? 0.05 * body.solid.young : 0.5 * body.density * speed * speed);
-  return top > 0 ? round_up(top) : 1;
+  return top > 0 ? base::round_up(top) : 1;
 }
 
 std::string caption(const Shot& shot, const sim::Frame& frame) {
