@@ -12,19 +12,12 @@
 #include "sim/moment.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
+#include "sim/transfer/dimension.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
 
 namespace sim {
 namespace {
-
-template <int D>
-Lattice<D> make_lattice(const Options& o) {
-  Cell<D> cells;
-  std::array<bool, D> periodic;
-  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
-  return Lattice<D>(cells, periodic);
-}
 
 /// [Pa] of a Kirchhoff stress: the mean of its normal parts, pressing positive. In two dimensions of the two in the plane.
 template <int D, class Real>
@@ -49,7 +42,7 @@ template <int D, class Real>
 class Solid final : public Simulation {
  public:
   Solid(const Scene& scene, double fps)
-      : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+      : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         groups_(seed_groups<D, Real>(scene, solids_)), step_(scene, solids_) {
     if (particles() == 0) throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     limits_ = limits_at_rest();
@@ -399,16 +392,12 @@ std::uint64_t Solid<D, Real>::state_hash() const {
   return hash;
 }
 
-template <int D>
-std::unique_ptr<Simulation> make(const Scene& scene, double fps) {
-  if (scene.options.precision == Precision::double_precision) return std::make_unique<Solid<D, double>>(scene, fps);
-  return std::make_unique<Solid<D, float>>(scene, fps);
-}
-
 }  // namespace
 
 std::unique_ptr<Simulation> make_solid(const Scene& scene, double fps) {
-  return scene.options.dimension == 2 ? make<2>(scene, fps) : make<3>(scene, fps);
+  return with_numbers(scene.options, [&](auto dimension, auto number) -> std::unique_ptr<Simulation> {
+    return std::make_unique<Solid<decltype(dimension)::value, decltype(number)>>(scene, fps);
+  });
 }
 
 }  // namespace sim
