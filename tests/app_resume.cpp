@@ -1,5 +1,4 @@
 // A run one can trust: what is damaged, killed, full, changed or shared ends as the run that nothing happened to.
-#include <map>
 #include <regex>
 
 #include "film_test.h"
@@ -10,18 +9,6 @@ namespace fs = std::filesystem;
 
 class Resume : public FilmTest {
  protected:
-  /// Content of every file of a run, by name; what tells of times is left out.
-  std::map<std::string, std::string> content(const std::string& out = "out/x") const {
-    std::map<std::string, std::string> all;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
-      const std::string name = fs::relative(entry.path(), folder / out).string();
-      if (entry.is_regular_file() && name != "run.json" && name != "report.html" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
-    }
-    return all;
-  }
-  void expect_no_dot_files() const {
-    for (const std::string& name : files()) EXPECT_NE(fs::path(name).filename().string()[0], '.') << name;
-  }
   /// The program under a limit on the size of files, which fails as a full disk does. `blocks` of 512 bytes.
   Outcome run_limited(int blocks, const std::string& words) const {
     const std::string command = "cd '" + folder.string() + "' && ulimit -f " + std::to_string(blocks) + " && exec " POLYPIC_PROGRAM " " + words + " >../out 2>../err";

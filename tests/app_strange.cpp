@@ -2,8 +2,6 @@
 // and nothing of theirs is lost.
 #include <sys/stat.h>
 
-#include <map>
-
 #include "film_test.h"
 
 namespace {
@@ -21,18 +19,6 @@ class Strange : public FilmTest {
   void expect_line(const Outcome& outcome, int code, const std::string& line) const {
     EXPECT_EQ(outcome.exit, code) << outcome.err;
     EXPECT_EQ(outcome.err, "polypic: " + line + "\n");
-  }
-  void expect_no_dot_files() const {
-    for (const std::string& name : files()) EXPECT_NE(fs::path(name).filename().string()[0], '.') << name;
-  }
-  /// All but records and run.json, which tell of times.
-  std::map<std::string, std::string> results(const std::string& out = "out/x") const {
-    std::map<std::string, std::string> all;
-    for (const auto& entry : fs::recursive_directory_iterator(folder / out)) {
-      const std::string name = fs::relative(entry.path(), folder / out).string();
-      if (entry.is_regular_file() && name != "run.json" && name != "report.html" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
-    }
-    return all;
   }
 };
 
@@ -62,16 +48,17 @@ TEST_F(Strange, PipesAreNoFiles) {
 
 TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
   run_well({"run", "x.toml"});
-  const auto good = results();
-  for (const std::string name : {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0002.exr", "images/beauty.0001.png", "movie.mp4",
-                                 "ledger/render.0001.json", "ledger/simulate.0002.json", "ledger/movie.json", "run.json", "report.html", ".lock", ".simulate.lock"}) {
+  const auto good = content();
+  for (const std::string name :
+       {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0002.exr", "images/beauty.0001.png", "movie.mp4",
+        "ledger/render.0001.json", "ledger/simulate.0002.json", "ledger/movie.json", "run.json", "report.html", ".lock", ".simulate.lock"}) {
     fs::remove(folder / "out/x" / name);
     ASSERT_EQ(::mkfifo((folder / "out/x" / name).c_str(), 0600), 0);
   }
   const Outcome outcome = shell("$P run x.toml");
   EXPECT_EQ(outcome.exit, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  EXPECT_TRUE(results() == good);
+  EXPECT_TRUE(content() == good);
   expect_no_dot_files();
 
   fs::remove(folder / "out/x/checkpoint/state.0002.h5");
@@ -81,15 +68,16 @@ TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
 
 TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
   run_well({"run", "x.toml"});
-  const auto good = results();
-  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0001.png", "movie.mp4", "ledger/surface.0001.json", "run.json", "report.html"}) {
+  const auto good = content();
+  for (const std::string name :
+       {"points/points.0002.vdb", "images/beauty.0001.png", "movie.mp4", "ledger/surface.0001.json", "run.json", "report.html"}) {
     fs::rename(folder / "out/x" / name, folder / "kept");
     fs::create_directory(folder / "out/x" / name);
     expect_line(run({"run", "x.toml"}), 5, "out/x/" + name + ": Is a directory");
     fs::remove(folder / "out/x" / name);
     fs::rename(folder / "kept", folder / "out/x" / name);
     run_well({"run", "x.toml"});
-    EXPECT_TRUE(results() == good) << name;
+    EXPECT_TRUE(content() == good) << name;
   }
   expect_no_dot_files();
 }
@@ -163,10 +151,10 @@ TEST_F(Strange, AnyNameIsTheNameOfAShot) {
 
 TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {
   run_well({"run", "x.toml"});
-  const auto good = results();
+  const auto good = content();
   EXPECT_EQ(shell("exec <&- >&- 2>&-; $P run x.toml").exit, 0);
   EXPECT_EQ(shell("fds() { exec <&- >&- 2>&-; exec " POLYPIC_PROGRAM " run x.toml --out closed; }; (fds)").exit, 0);
-  EXPECT_TRUE(results("closed") == good);
+  EXPECT_TRUE(content("closed") == good);
   // The reader is gone before the program starts.
   const std::string to_nobody = "trap '' PIPE; while echo; do :; done 2>/dev/null; ";
   for (const std::string words : {"run x.toml --out left", "list"}) {
@@ -174,7 +162,7 @@ TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {
     EXPECT_EQ(text_of(folder / "code"), "0\n") << words;
     EXPECT_EQ(outcome.err, "") << words;
   }
-  EXPECT_TRUE(results("left") == good);
+  EXPECT_TRUE(content("left") == good);
   const Outcome full = shell("$P run x.toml --quiet --json >/dev/full");
   expect_line(full, 5, "standard output: cannot be written");
   expect_no_dot_files();
@@ -213,12 +201,12 @@ TEST_F(Strange, InfoTakesNothingForARunThatIsNone) {
 
 TEST_F(Strange, ARecordOfAnotherFrameIsNone) {
   run_well({"run", "x.toml"});
-  const auto good = results();
+  const auto good = content();
   const auto hashes = state_hashes("out/x");
   for (const std::string stage : {"simulate", "render"}) write("out/x/ledger/" + stage + ".0001.json", text_of(folder / ("out/x/ledger/" + stage + ".0002.json")));
   write("out/x/ledger/simulate.0000.json", "{}");
   run_well({"run", "x.toml"});
-  EXPECT_TRUE(results() == good);
+  EXPECT_TRUE(content() == good);
   EXPECT_EQ(state_hashes("out/x"), hashes);
   run_well({"diff", "out/x", "out/x"});
 }
