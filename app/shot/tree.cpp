@@ -31,33 +31,22 @@ void Node::remove(std::string_view key) {
   keys.erase(found);
 }
 
-Node make_node(bool v) {
+namespace {
+
+template <class Value>
+Node node_of(Node::Kind kind, Value Node::*member, Value v) {
   Node node;
-  node.kind = Node::Kind::flag;
-  node.flag = v;
+  node.kind = kind;
+  node.*member = std::move(v);
   return node;
 }
 
-Node make_node(std::int64_t v) {
-  Node node;
-  node.kind = Node::Kind::integer;
-  node.integer = v;
-  return node;
-}
+}  // namespace
 
-Node make_node(double v) {
-  Node node;
-  node.kind = Node::Kind::number;
-  node.number = v;
-  return node;
-}
-
-Node make_node(std::string v) {
-  Node node;
-  node.kind = Node::Kind::text;
-  node.text = std::move(v);
-  return node;
-}
+Node make_node(bool v) { return node_of(Node::Kind::flag, &Node::flag, v); }
+Node make_node(std::int64_t v) { return node_of(Node::Kind::integer, &Node::integer, v); }
+Node make_node(double v) { return node_of(Node::Kind::number, &Node::number, v); }
+Node make_node(std::string v) { return node_of(Node::Kind::text, &Node::text, std::move(v)); }
 
 std::string entry_name(const Node& list, std::size_t index) {
   const Node* name = list.items[index].find("name");
