@@ -51,6 +51,17 @@ std::string refusal(const std::vector<std::string>& words) {
 TEST_F(CommandLine, TakesNoDirectoryForAShot) { expect_refusal({"run", "."}, 2, {".: is a directory"}); }
 TEST_F(CommandLine, NamesAShotThatIsMissing) { expect_refusal({"run", "shots/none.toml"}, 2, {"shots/none.toml: no such file"}); }
 
+TEST_F(CommandLine, GuessesTheFileOfAShotByItsName) {
+  write("mine.toml", kSmallShot);
+  for (const std::string name : {"mine", "mine.tml"}) expect_refusal({"run", name}, 2, {name + ": no such file", "(did you mean mine.toml?)\n"});
+}
+
+TEST_F(CommandLine, NamesTheEntriesThereAreForOneThatIsNot) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"run", "x.toml", "--set", "body.nobody.density=1"}, 2, {"body.nobody: no such entry (there is column)\n"});
+  expect_refusal({"run", "x.toml", "--set", "body.colum.density=1"}, 2, {"body.colum: no such entry (did you mean body.column?)\n"});
+}
+
 TEST_F(CommandLine, GivesThePlaceOfASyntaxError) {
   write_changed("fps = 24", "fps = = 24");
   expect_refusal({"run", "x.toml"}, 2, {"x.toml:4:"});
@@ -152,6 +163,7 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"cost", "p", "--single", "--out", "x"}, "--out: has no effect with --single"},
       {{"cost", "p", "--single", "--dry-run"}, "--dry-run: has no effect with --single"},
       {{"cost", "p", "--dry-run", "--json"}, "--json: has no effect with --dry-run: nothing is measured"},
+      {{"params", "sim", "--example"}, "sim: has no effect with --example: it is a complete shot"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);
   for (const std::string range : {"0", "0-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})
@@ -182,7 +194,8 @@ TEST_F(CommandLine, RefusesFilesItCannotRead) {
   write("torn.json", "{\"schema\":");
   write("other.json", "{\"schema\": 1}");
   expect_refusal({"info", "none.vdb"}, 2, {"none.vdb: No such file"});
-  expect_refusal({"info", "."}, 2, {".: Is a directory"});
+  expect_refusal({"info", "."}, 2, {".: Is a directory\n"});
+  expect_refusal({"sheet", "none"}, 2, {"none: no such run or picture\n"});
   for (const std::string name : {"note.txt", "torn.vdb", "torn.exr", "torn.json", "other.json"}) expect_refusal({"info", name}, 2, {name + ": "});
 }
 

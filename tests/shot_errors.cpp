@@ -173,7 +173,7 @@ TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
     {"sim.cell=", "--set sim.cell=: sim.cell = \"\": must be a number above 0"},
     {"sim.cell=0.03", "--set sim.cell=0.03: sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
     {"body.colum.velocity=[0,0,1]", "--set body.colum.velocity=[0,0,1]: body.colum: no such entry (did you mean body.column?)"},
-    {"body.2.velocity=[0,0,1]", "--set body.2.velocity=[0,0,1]: body.2: no such entry"},
+    {"body.2.velocity=[0,0,1]", "--set body.2.velocity=[0,0,1]: body.2: no such entry (there is column)"},
     {"body.column.velocity=[1,0", "--set body.column.velocity=[1,0: body.column.velocity = \"[1,0\": must be three numbers, [x, y, z]"},
     {"body.column.mass=1", "--set body.column.mass=1: body.column.mass: unknown key"},
     {"sim=3", "--set sim=3: sim = 3: must be a table"},

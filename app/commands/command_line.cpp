@@ -169,6 +169,7 @@ void refuse_idle_options(const Request& request) {
     if (request.single && is_given) refuse_beside(option, "--single", "the problem runs once, as --set makes it");
   if (request.json && request.dry_run) refuse_beside("--json", "--dry-run", "nothing is measured");
 }
+  if (request.example && !request.subject.empty()) refuse(request.subject, "has no effect with --example: it is a complete shot");
 
 Request answer(std::string text) {
   Request request;

@@ -90,7 +90,8 @@ bool is_run(const Json& content) {
     if (!frame.is_object() || !frame.contains("seconds") || !frame["seconds"].is_object()) return false;
     return std::all_of(frame["seconds"].begin(), frame["seconds"].end(), [](const Json& spent) { return spent.is_number(); });
   };
-  return content.is_object() && content.contains("frames") && content["frames"].is_array() && std::all_of(content["frames"].begin(), content["frames"].end(), is_frame);
+  return content.is_object() && content.contains("frames") && content["frames"].is_array() &&
+         std::all_of(content["frames"].begin(), content["frames"].end(), is_frame);
 }
 
 // run.json or a record of the ledger: its own content under "run" or "record".
@@ -175,7 +176,10 @@ void info(const Request& request) {
   std::error_code failure;
   const fs::file_status status = fs::status(file, failure);
   if (!fs::exists(status)) base::throw_input(file.string(), "No such file or directory");
-  if (fs::is_directory(status)) base::throw_input(file.string(), "Is a directory");
+  if (fs::is_directory(status)) {
+    const bool is_run = fs::exists(file / "run.json", failure);
+    throw base::Error({.file = file.string(), .hint = is_run ? "polypic info " + (file / "run.json").string() : "", .message = "Is a directory"});
+  }
   if (!fs::is_regular_file(status)) base::throw_input(file.string(), "is a pipe or a device, not a file");
   Json out;
   const std::string extension = kind_of(file);

@@ -65,6 +65,7 @@ Panels panels_of_pictures(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     panels.pictures.push_back(render::read_image(file));
     if (panels.pictures.back().channels.size() < 3) base::throw_input(file, "has no red, green and blue");
+    if (!fs::exists(file)) base::throw_input(file, "no such run or picture");
     panels.labels.push_back(fs::path(file).filename().string());
   }
   return panels;

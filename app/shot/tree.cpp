@@ -177,9 +177,13 @@ void overlay_list(Node& list, const Node& top, const std::string& path) {
     Node* entry = const_cast<Node*>(find_entry(list, top.keys[i]));
     if (!entry) {
       std::vector<std::string> names;
-      for (std::size_t k = 0; k < list.items.size(); ++k) names.push_back(entry_name(list, k));
+      std::string there;
+      for (std::size_t k = 0; k < list.items.size(); ++k) {
+        names.push_back(entry_name(list, k));
+        there += (there.empty() ? "there is " : ", ") + names.back();
+      }
       const std::string nearest = base::nearest_word(top.keys[i], names);
-      const std::string hint = nearest.empty() ? "" : "did you mean " + origin.under + path + "." + nearest + "?";
+      const std::string hint = nearest.empty() ? there : "did you mean " + origin.under + path + "." + nearest + "?";
       throw base::Error(complaint_at(origin, {.key = key, .hint = hint, .message = "no such entry"}));
     }
     if (!top.items[i].is_table())
