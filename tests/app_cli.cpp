@@ -115,7 +115,8 @@ TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
 
 TEST_F(CommandLine, RefusesAFrameRateThatNoMovieHas) {
   write("x.toml", kSmallShot);
-  expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2, {"--set shot.fps=1e300: shot.fps = 1e+300 1/s: must be above 0 and at most 1000000"});
+  expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2,
+                 {"--set shot.fps=1e300: shot.fps = 1e+300 1/s: must be above 0 and at most 1000000"});
 }
 
 TEST_F(CommandLine, RefusesAnUnknownRung) {
@@ -162,8 +163,8 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"cost", "p", "--single", "--frames", "1-3"}, "--frames: has no effect with --single"},
       {{"cost", "p", "--single", "--out", "x"}, "--out: has no effect with --single"},
       {{"cost", "p", "--single", "--dry-run"}, "--dry-run: has no effect with --single"},
-      {{"cost", "p", "--dry-run", "--json"}, "--json: has no effect with --dry-run: nothing is measured"},
       {{"params", "sim", "--example"}, "sim: has no effect with --example: it is a complete shot"},
+      {{"cost", "p", "--dry-run", "--json"}, "--json: has no effect with --dry-run: nothing is measured"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);
   for (const std::string range : {"0", "0-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})
@@ -173,7 +174,8 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
 }
 
 TEST(Options, AreReadInAnyOrder) {
-  const app::Request request = parse({"run", "--set", "sim.cell=[1,2]", "x.toml", "--frames", "3-12", "--set=a=b c", "--threads", "2", "--quality", "draft", "--restart"});
+  const app::Request request =
+      parse({"run", "--set", "sim.cell=[1,2]", "x.toml", "--frames", "3-12", "--set=a=b c", "--threads", "2", "--quality", "draft", "--restart"});
   EXPECT_EQ(request.command, "run");
   EXPECT_EQ(request.subject, "x.toml");
   EXPECT_EQ(request.overrides.sets, (std::vector<std::string>{"sim.cell=[1,2]", "a=b c"}));

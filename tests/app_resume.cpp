@@ -11,7 +11,8 @@ class Resume : public FilmTest {
  protected:
   /// The program under a limit on the size of files, which fails as a full disk does. `blocks` of 512 bytes.
   Outcome run_limited(int blocks, const std::string& words) const {
-    const std::string command = "cd '" + folder.string() + "' && ulimit -f " + std::to_string(blocks) + " && exec " POLYPIC_PROGRAM " " + words + " >../out 2>../err";
+    const std::string command =
+        "cd '" + folder.string() + "' && ulimit -f " + std::to_string(blocks) + " && exec " POLYPIC_PROGRAM " " + words + " >../out 2>../err";
     const int status = std::system(("sh -c \"" + command + "\"").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 255, text_of(log / "out"), text_of(log / "err")};
   }
@@ -38,7 +39,8 @@ TEST_F(Resume, MakesDamagedFilesAgainWithTheSameBytes) {
   run_well({"run", "x.toml"});
   const auto good = content();
   for (const auto& [kind, damage] : kDamages) {
-    for (const std::string name : {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0001.exr", "images/beauty.0002.png", "movie.mp4"})
+    for (const std::string name :
+         {"points/points.0002.vdb", "surface/surface.0001.vdb", "images/beauty.0001.exr", "images/beauty.0002.png", "movie.mp4"})
       write("out/x/" + name, damage(good.at(name)));
     const Outcome outcome = run_well({"run", "x.toml"});
     EXPECT_NE(outcome.out.find("again  points/points.0002.vdb and 3 more files are damaged"), std::string::npos) << outcome.out;
@@ -125,9 +127,12 @@ TEST_F(Resume, ARunThatStopsSaysWhereSinceWhenAndWhichStateIsGood) {
   const Outcome stopped = run({"simulate", "stops.toml", "--frames", "1-20"});
   EXPECT_EQ(stopped.exit, 3);
   std::smatch found;
-  const std::regex sentence("polypic: frame (\\d+): pressure: \\d+ unknowns, residual [0-9.e-]+ after \\d+ iterations, asked 1e-30, with all of the frame's steps 8 times as short too; at the "
-                            "frame's start the fastest is particle \\d+ of body column, cell \\(\\d+, \\d+\\), \\([0-9.e-]+, [0-9.e-]+, 0\\) m, [0-9.]+ m/s; well up to frame (\\d+) "
-                            "\\(a larger sim.pressure_tolerance, or a smaller sim.cfl, may help; the last whole frame's state is in out/stops/checkpoint/state.(\\d+).h5, and good\\)\n");
+  const std::regex sentence(
+      "polypic: frame (\\d+): pressure: \\d+ unknowns, residual [0-9.e-]+ after \\d+ iterations, asked 1e-30, "
+      "with all of the frame's steps 8 times as short too; "
+      "at the frame's start the fastest is particle \\d+ of body column, cell \\(\\d+, \\d+\\), \\([0-9.e-]+, [0-9.e-]+, 0\\) m, [0-9.]+ m/s; "
+      "well up to frame (\\d+) \\(a larger sim.pressure_tolerance, or a smaller sim.cfl, may help; "
+      "the last whole frame's state is in out/stops/checkpoint/state.(\\d+).h5, and good\\)\n");
   ASSERT_TRUE(std::regex_match(stopped.err, found, sentence)) << stopped.err;
   const int frame = std::stoi(found[1]);
   EXPECT_EQ(frame, 6);   // 1.2 - 4.8 / 24 = 1
@@ -143,7 +148,8 @@ TEST_F(Resume, ASurfaceOfOtherKeysIsNotRendered) {
   run_well({"run", "x.toml", "--frames", "1"});
   const Outcome refused = run({"render", "x.toml", "--set", "surface.smooth=1"});
   EXPECT_EQ(refused.exit, 4);
-  EXPECT_EQ(refused.err, "polypic: out/x/shot.toml: surface.smooth = 1: the frames here were made with 8 (surface makes them again; another --out leaves them)\n");
+  EXPECT_EQ(refused.err,
+            "polypic: out/x/shot.toml: surface.smooth = 1: the frames here were made with 8 (surface makes them again; another --out leaves them)\n");
 }
 
 TEST_F(Resume, AnotherVersionOfTheProgramGoesOnWithNoSimulation) {
@@ -177,7 +183,8 @@ TEST_F(Resume, GoesOnFromTheLastGoodCheckpointAndKeepsTheBadOnes) {
   EXPECT_EQ(run({"simulate", "x.toml", "--set", "sim.cfl=0.5", "--frames", "1-7", "--out", "other"}).exit, 0);
 
   const std::string newest = text_of(folder / "begun/checkpoint/state.0007.h5"), other = text_of(folder / "other/checkpoint/state.0007.h5");
-  std::vector<std::pair<std::string, std::string>> bad = {{"of another shot", other}, {"of another frame", text_of(folder / "begun/checkpoint/state.0006.h5")}};
+  std::vector<std::pair<std::string, std::string>> bad = {{"of another shot", other},
+                                                          {"of another frame", text_of(folder / "begun/checkpoint/state.0006.h5")}};
   for (const auto& [kind, damage] : kDamages) bad.emplace_back(kind, damage(newest));
   for (const auto& [kind, bytes] : bad) {
     fs::remove_all(folder / "again");
@@ -214,11 +221,13 @@ TEST_F(Resume, DamagedPointsAreSimulatedFromTheCheckpointBefore) {
 
 TEST_F(Resume, TenAndAKillAndTenAreTwenty) {
   for (const std::string scheme : {"flip", "polypic"}) {
-    const std::vector<std::string> words = {"simulate", "x.toml", "--frames", "1-20", "--set", "sim.cell=0.06", "--set", "sim.kernel=\"quadratic\"", "--out", scheme, "--set", "sim.transfer=" + scheme};
+    const std::vector<std::string> words = {"simulate", "x.toml", "--frames", "1-20", "--set", "sim.cell=0.06", "--set", "sim.kernel=\"quadratic\"",
+                                            "--out", scheme, "--set", "sim.transfer=" + scheme};
     std::string text = kSmallShot;
     text.erase(text.find("modes = 8"), 9);
     write("x.toml", text);
-    Outcome straight = run({"simulate", "x.toml", "--frames", "1-20", "--set", "sim.cell=0.06", "--set", "sim.kernel=\"quadratic\"", "--out", "straight", "--restart", "--set", "sim.transfer=" + scheme});
+    Outcome straight = run({"simulate", "x.toml", "--frames", "1-20", "--set", "sim.cell=0.06", "--set", "sim.kernel=\"quadratic\"", "--out",
+                            "straight", "--restart", "--set", "sim.transfer=" + scheme});
     ASSERT_EQ(straight.exit, 0) << straight.err;
     run_until(words, [&] { return fs::exists(folder / scheme / "ledger/simulate.0010.json"); }, SIGKILL);
     const Outcome outcome = run_well(words);
@@ -285,7 +294,8 @@ TEST_F(Resume, ProcessesShareTheFramesOfAStage) {
   run_well({"simulate", "x.toml", "--frames", "1-6"});
   for (const std::string stage : {"surface", "render"}) {
     const std::string one = POLYPIC_PROGRAM " " + stage + " x.toml --frames 1-6", log_of = " >" + stage;
-    const std::string both = "cd '" + folder.string() + "' && { " + one + log_of + "1 2>&1 & first=$!; " + one + log_of + "2 2>&1; second=$?; wait $first && exit $second; }";
+    const std::string both = "cd '" + folder.string() + "' && { " + one + log_of + "1 2>&1 & first=$!; " + one + log_of +
+                             "2 2>&1; second=$?; wait $first && exit $second; }";
     EXPECT_EQ(std::system(both.c_str()), 0) << text_of(folder / (stage + "1")) << text_of(folder / (stage + "2"));
   }
   EXPECT_TRUE(content() == content("straight"));

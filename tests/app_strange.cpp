@@ -12,7 +12,8 @@ class Strange : public FilmTest {
  protected:
   /// What a shell makes of a line, in the test's folder; $P is the program. Nothing may take longer than a minute.
   Outcome shell(const std::string& line) const {
-    const std::string command = "cd '" + folder.string() + "' && export P='timeout -k 1 60 " POLYPIC_PROGRAM "' && { " + line + "; } >../out 2>../err </dev/null";
+    const std::string command =
+        "cd '" + folder.string() + "' && export P='timeout -k 1 60 " POLYPIC_PROGRAM "' && { " + line + "; } >../out 2>../err </dev/null";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 255, text_of(log / "out"), text_of(log / "err")};
   }
@@ -32,7 +33,8 @@ TEST_F(Strange, DirectoriesThatCannotBeAreADiskError) {
   expect_line(run({"run", "x.toml", "--out", "loop"}), 5, "loop: Too many levels of symbolic links");
   expect_line(run({"run", "x.toml", "--out", "dangling"}), 5, "dangling: is a link to nothing");
   fs::create_directory(folder / "gone");
-  expect_line(shell("cd gone && rmdir ../gone && $P run '" + (folder / "x.toml").string() + "'"), 5, "out/x: the working directory: No such file or directory");
+  expect_line(shell("cd gone && rmdir ../gone && $P run '" + (folder / "x.toml").string() + "'"), 5,
+              "out/x: the working directory: No such file or directory");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 3);   // nothing was made
 }
 
@@ -63,7 +65,8 @@ TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
 
   fs::remove(folder / "out/x/checkpoint/state.0002.h5");
   ASSERT_EQ(::mkfifo((folder / "out/x/checkpoint/state.0002.h5").c_str(), 0600), 0);
-  expect_line(shell("$P simulate x.toml --frames 3"), 0, "out/x/checkpoint/state.0002.h5: is not a file; kept as state.0002.h5.bad, the one before is taken");
+  expect_line(shell("$P simulate x.toml --frames 3"), 0,
+              "out/x/checkpoint/state.0002.h5: is not a file; kept as state.0002.h5.bad, the one before is taken");
 }
 
 TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
@@ -125,8 +128,10 @@ TEST_F(Strange, AFolderThatCannotBeWrittenAnyMoreStopsTheRunAndItGoesOn) {
 TEST_F(Strange, AShotOfTheUsersIsNotWrittenOver) {
   fs::create_directory(folder / "mine");
   write("mine/shot.toml", kSmallShot);
-  expect_line(shell("cd mine && $P run shot.toml --out ."), 2, "./shot.toml: is the shot itself, and the run would write its own copy over it (another --out leaves it)");
-  expect_line(shell("cd mine && $P run ../x.toml --out . --restart"), 2, "./shot.toml: is not of a run, and this one would write its own over it (another --out leaves it)");
+  expect_line(shell("cd mine && $P run shot.toml --out ."), 2,
+              "./shot.toml: is the shot itself, and the run would write its own copy over it (another --out leaves it)");
+  expect_line(shell("cd mine && $P run ../x.toml --out . --restart"), 2,
+              "./shot.toml: is not of a run, and this one would write its own over it (another --out leaves it)");
   EXPECT_EQ(text_of(folder / "mine/shot.toml"), kSmallShot);
   EXPECT_EQ(files(), (std::vector<std::string>{"mine", "mine/shot.toml", "x.toml"}));
 
@@ -169,7 +174,8 @@ TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {
 }
 
 TEST_F(Strange, ATerminalThatGoesAwaySavesTheRun) {
-  const Outcome stopped = run_until({"simulate", "x.toml", "--frames", "1-2000"}, [&] { return fs::exists(folder / "out/x/ledger/simulate.0003.json"); }, SIGHUP);
+  const Outcome stopped = run_until(
+      {"simulate", "x.toml", "--frames", "1-2000"}, [&] { return fs::exists(folder / "out/x/ledger/simulate.0003.json"); }, SIGHUP);
   EXPECT_EQ(stopped.exit, 129);
   EXPECT_NE(stopped.err.find("the simulation is saved in out/x/checkpoint/state."), std::string::npos) << stopped.err;
   EXPECT_EQ(shell("trap '' HUP; " POLYPIC_PROGRAM " simulate x.toml --frames 1-40 --out nohup & sleep 0.3; kill -HUP $!; wait $!").exit, 0);
@@ -187,11 +193,13 @@ TEST_F(Strange, InfoKnowsEveryFileOfARun) {
     EXPECT_EQ(Json::parse(outcome.out).at("file"), entry.path().string());
     ++known;
   }
-  EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 3);   // files and records of frames, movies and their records, states, shot.toml, run.json and report.html
+  // Files and records of frames, movies and their records, states, shot.toml, run.json and report.html.
+  EXPECT_EQ(known, 2 * (5 + 4) + 2 * 2 + 2 + 3);
 }
 
 TEST_F(Strange, InfoTakesNothingForARunThatIsNone) {
-  for (const std::string text : {"[]", "1", R"({"frames": 3})", R"({"frames": [1, 2]})", R"({"frames": [{"seconds": 3}]})", R"({"frames": [{"seconds": {"simulate": "x"}}]})"}) {
+  for (const std::string text : {"[]", "1", R"({"frames": 3})", R"({"frames": [1, 2]})", R"({"frames": [{"seconds": 3}]})",
+                                 R"({"frames": [{"seconds": {"simulate": "x"}}]})"}) {
     write("j.json", text);
     expect_line(run({"info", "j.json"}), 2, "j.json: neither a run.json nor a record of a ledger");
   }
@@ -203,7 +211,8 @@ TEST_F(Strange, ARecordOfAnotherFrameIsNone) {
   run_well({"run", "x.toml"});
   const auto good = content();
   const auto hashes = state_hashes("out/x");
-  for (const std::string stage : {"simulate", "render"}) write("out/x/ledger/" + stage + ".0001.json", text_of(folder / ("out/x/ledger/" + stage + ".0002.json")));
+  for (const std::string stage : {"simulate", "render"})
+    write("out/x/ledger/" + stage + ".0001.json", text_of(folder / ("out/x/ledger/" + stage + ".0002.json")));
   write("out/x/ledger/simulate.0000.json", "{}");
   run_well({"run", "x.toml"});
   EXPECT_TRUE(content() == good);

@@ -25,13 +25,13 @@ TEST_F(Verify, EveryQuickCasePasses) {
   for (const Json& c : cases) {
     EXPECT_TRUE(c.at("passed").get<bool>()) << c.dump(2);
     EXPECT_TRUE(names.insert(c.at("name")).second) << c.at("name");
-    for (const char* key : {"transfer", "kernel", "integrator", "expect", "outcome",
-                            "source"}) EXPECT_FALSE(c.at(key).get<std::string>().empty()) << c.at("name") << " " << key;
+    for (const char* key : {"transfer", "kernel", "integrator", "expect", "outcome", "source"})
+      EXPECT_FALSE(c.at(key).get<std::string>().empty()) << c.at("name") << " " << key;
     EXPECT_LE(c.at("value").get<double>(), c.at("tolerance").get<double>()) << c.at("name");
   }
   const std::string page = text_of(folder / "out/verify/report.html");
-  for (const char* part : {"At a glance", "The slowest", "polypic 0.", "threads", "energy curves and"}) EXPECT_NE(page.find(part),
-      std::string::npos) << part;
+  for (const char* part : {"At a glance", "The slowest", "polypic 0.", "threads", "energy curves and"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image"), std::string::npos);
   EXPECT_EQ(page.find("http://") == std::string::npos || page.find("src=\"http") == std::string::npos, true);

@@ -63,7 +63,8 @@ double number_from(const std::string& option, const std::string& text, double mo
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool whole = failure == std::errc() && end == text.data() + text.size();
-  if (!whole || !(value >= 0 && value <= most)) refuse(option + " " + text, most < 1000 ? "must be a number from 0 to " + base::to_text(most) : "must be a number, 0 or above");
+  if (!whole || !(value >= 0 && value <= most))
+    refuse(option + " " + text, most < 1000 ? "must be a number from 0 to " + base::to_text(most) : "must be a number, 0 or above");
   return value;
 }
 
@@ -149,7 +150,8 @@ std::string shell_line(int count, const char* const* words) {
   std::string line = "polypic";
   for (int i = 1; i < count; ++i) {
     const std::string word = words[i];
-    const bool plain = !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%") == std::string::npos;
+    const bool plain =
+        !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%") == std::string::npos;
     std::string quoted;
     for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
     line += " " + (plain ? word : "'" + quoted + "'");
@@ -167,9 +169,9 @@ void refuse_idle_options(const Request& request) {
                                                      {"--dry-run", request.dry_run}};
   for (const auto& [option, is_given] : of_studies)
     if (request.single && is_given) refuse_beside(option, "--single", "the problem runs once, as --set makes it");
+  if (request.example && !request.subject.empty()) refuse(request.subject, "has no effect with --example: it is a complete shot");
   if (request.json && request.dry_run) refuse_beside("--json", "--dry-run", "nothing is measured");
 }
-  if (request.example && !request.subject.empty()) refuse(request.subject, "has no effect with --example: it is a complete shot");
 
 Request answer(std::string text) {
   Request request;
@@ -214,13 +216,15 @@ Request parse_command_line(int count, const char* const* given) {
   }
   request.overrides.quality = words.quality;
   if (words.frames) request.frames = frames_from(*words.frames);
-  if (first == "sheet" && request.frames && request.frames->last != request.frames->first) refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
+  if (first == "sheet" && request.frames && request.frames->last != request.frames->first)
+    refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
   if (words.threads) request.threads = threads_from(*words.threads);
   if (words.repeats) request.repeats = repeats_from(*words.repeats);
   request.line = shell_line(count, given);
   if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
-  if (words.out && words.out->empty()) refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");
+  if (words.out && words.out->empty())
+    refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");

@@ -36,8 +36,9 @@ int fail(const base::Complaint& complaint, int code, bool json) {
   std::fprintf(stderr, "polypic: %s\n", base::to_line(complaint).c_str());
   if (!json) return code;
   Json error = {{"code", code}};
-  const std::pair<const char*, const std::string&> texts[] = {{"file", complaint.file},   {"key", complaint.key},         {"value", complaint.value},
-                                                              {"allowed", complaint.allowed}, {"hint", complaint.hint}, {"message", complaint.message}};
+  const std::pair<const char*, const std::string&> texts[] = {{"file", complaint.file}, {"key", complaint.key}, {"value", complaint.value},
+                                                              {"allowed", complaint.allowed}, {"hint", complaint.hint},
+                                                              {"message", complaint.message}};
   for (const auto& [name, text] : texts)
     if (!text.empty()) error[name] = text;
   if (complaint.line > 0) error["line"] = complaint.line;

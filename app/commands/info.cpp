@@ -79,9 +79,10 @@ Json shot_info(const fs::path& file) {
   return {{"schema", 1},
           {"file", file.string()},
           {"kind", "shot"},
-          {"shot", {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
-                    {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"colliders", shot.scene.colliders.size()},
-                    {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
+          {"shot",
+           {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
+            {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"colliders", shot.scene.colliders.size()},
+            {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
 }
 
 /// What print_run stands on: a JSON document can be anybody's.
@@ -98,7 +99,8 @@ bool is_run(const Json& content) {
 Json document_info(const fs::path& file) {
   const Json content = read_document(file, kLargestDocument);
   const bool run = is_run(content);
-  const bool record = content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
+  const bool record =
+      content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
   if (!run && !record) base::throw_input(file.string(), "neither a run.json nor a record of a ledger");
   return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};
 }
@@ -114,7 +116,8 @@ Json page_info(const fs::path& file) {
     for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++found;
     return found;
   };
-  const Json page = {{"title", text.substr(begin + open.size(), end - begin - open.size())}, {"bytes", text.size()}, {"plots", count("<svg")}, {"pictures", count("<img")}};
+  const Json page = {{"title", text.substr(begin + open.size(), end - begin - open.size())}, {"bytes", text.size()}, {"plots", count("<svg")},
+                     {"pictures", count("<img")}};
   return {{"schema", 1}, {"file", file.string()}, {"kind", "report"}, {"report", page}};
 }
 
@@ -125,7 +128,8 @@ std::string plain(const Json& value) { return value.is_string() ? value.get<std:
 
 void print_grids(const Json& grids) {
   for (const Json& grid : grids) {
-    std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(), plain(grid["active"]).c_str());
+    std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(),
+                plain(grid["active"]).c_str());
     if (grid.contains("voxel_size")) std::printf(", voxel %s m", base::to_text(grid["voxel_size"][0].get<double>()).c_str());
     std::printf("%s\n", grid["half"].get<bool>() ? ", half" : "");
     if (grid.contains("min") && grid.contains("max"))

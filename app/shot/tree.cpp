@@ -177,10 +177,11 @@ void overlay_list(Node& list, const Node& top, const std::string& path) {
     Node* entry = const_cast<Node*>(find_entry(list, top.keys[i]));
     if (!entry) {
       std::vector<std::string> names;
+      constexpr std::size_t kMostNamed = 8;
       std::string there;
       for (std::size_t k = 0; k < list.items.size(); ++k) {
         names.push_back(entry_name(list, k));
-        there += (there.empty() ? "there is " : ", ") + names.back();
+        if (k < kMostNamed) there += (there.empty() ? "there is " : ", ") + names.back();
       }
       const std::string nearest = base::nearest_word(top.keys[i], names);
       const std::string hint = nearest.empty() ? there : "did you mean " + origin.under + path + "." + nearest + "?";
@@ -207,7 +208,8 @@ void overlay_table(Node& base, const Node& top, const std::string& path) {
     } else if (found->is_list()) {
       overlay_list(*found, item, key);
     } else {
-      throw base::Error(complaint_at(item.origin, {.key = key, .value = value_text(*found), .allowed = "must be a table before its keys can be set"}));
+      throw base::Error(
+          complaint_at(item.origin, {.key = key, .value = value_text(*found), .allowed = "must be a table before its keys can be set"}));
     }
   }
 }

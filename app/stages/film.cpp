@@ -160,7 +160,8 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
   if (!again.empty()) progress.line("again  " + again);
   if (finished.damaged().empty()) return;
   const std::size_t more = finished.damaged().size() - 1;
-  progress.line("again  " + finished.damaged().front() + (more > 0 ? " and " + std::to_string(more) + " more files" : "") + (more > 0 ? " are" : " is") + " damaged");
+  progress.line("again  " + finished.damaged().front() + (more > 0 ? " and " + std::to_string(more) + " more files" : "") +
+                (more > 0 ? " are" : " is") + " damaged");
 }
 
 void remove_for_restart(const Making& m) {
@@ -186,7 +187,8 @@ std::vector<std::int64_t> missing_points(const Making& m, Finished& finished) {
   if (!m.wants(Stage::simulate)) return {};
   std::vector<std::int64_t> missing;
   for (std::int64_t frame = 1; frame <= m.range.last; ++frame)
-    if (m.order.restart || !(frame < m.range.first ? finished.stands(Stage::simulate, frame) : finished.has(Stage::simulate, frame))) missing.push_back(frame);
+    if (m.order.restart || !(frame < m.range.first ? finished.stands(Stage::simulate, frame) : finished.has(Stage::simulate, frame)))
+      missing.push_back(frame);
   return missing;
 }
 

@@ -43,8 +43,8 @@ std::optional<double> preview_range(const Shot& shot) {
 
 std::string caption(const Shot& shot, const sim::Frame& frame) {
   char text[200];
-  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number), frame.time,
-                transfer_text(shot.scene.options).c_str(), frame.id.size());
+  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number),
+                frame.time, transfer_text(shot.scene.options).c_str(), frame.id.size());
   return text;
 }
 
@@ -54,8 +54,9 @@ PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes h
     : shot_(shot), folder_(folder), hashes_(std::move(hashes)), threads_(threads) {}
 
 void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, const Stopwatch& spent) const {
-  write_record(folder_, shot_.scene.options.dimension, {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .version = {}, .source = {}, .files = {},
-                                                        .seconds = spent.seconds(), .cpu_seconds = spent.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
+  write_record(folder_, shot_.scene.options.dimension,
+               {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .seconds = spent.seconds(),
+                .cpu_seconds = spent.cpu_seconds(), .passes = ledger.passes()});
 }
 
 bool PictureMaker::colliders_move() const {
@@ -102,7 +103,8 @@ render::Image PictureMaker::draw(std::int64_t frame, base::Ledger& ledger) const
   const sim::Frame points = surface::read_points(folder_.points(frame));
   if (!is_flat() && shot_.render.preview.draw == "surface") {
     const auto made = read_record(folder_, Stage::surface, frame);
-    if (!made || made->hash != hashes_.surface) base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
+    if (!made || made->hash != hashes_.surface)
+      base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
     const surface::Mesh mesh = surface::read_surface(folder_.surface(frame), shot_.surface, ledger);
     const auto pass = ledger.pass("draw", static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(base::Vec3f)));
     return render::preview(setting_at(frame), points, mesh, caption(shot_, points), top_speed(shot_.scene));

@@ -121,7 +121,8 @@ void add_table(Page& page, const Study& study) {
     rows.push_back(std::move(row));
   }
   page.table(columns, rows,
-             std::string("A click on a head sorts. ") + (study.repeats > 1 ? "Seconds are medians and half the spread. " : "Seconds are of one run. ") +
+             std::string("A click on a head sorts. ") +
+                 (study.repeats > 1 ? "Seconds are medians and half the spread. " : "Seconds are of one run. ") +
                  "On the front (bold): nothing that was tried is both nearer to the truth and faster. Ties: those of the same case that are as "
                  "fast, within the spread.");
 }

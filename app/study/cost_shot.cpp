@@ -151,7 +151,8 @@ class ShotStudy {
                          .key = "sim.cell",
                          .hint = "--vary sim.cell=... says which to try",
                          .message = "no coarser cell parts the domain"});
-    const std::string chosen = "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's";
+    const std::string chosen =
+        "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's";
     study_.notes.push_back(own_cells ? "cells as varied" : chosen);
     const std::vector<Sets> ladder = order_.vary.empty() ? scheme_ladder(shot_.scene.options.is_solid()) : combinations(order_.vary);
     std::vector<std::optional<base::Complaint>> complaints;
@@ -225,7 +226,8 @@ class ShotStudy {
     std::int64_t missing = 0;
     for (const Trial& t : trials)
       if (shot_.has_pictures && t.variant.ran())
-        missing += std::count_if(pictures_.begin(), pictures_.end(), [&](std::int64_t f) { return !fs::exists(Folder(folder_of(t)).image(f, ".png")); });
+        missing +=
+            std::count_if(pictures_.begin(), pictures_.end(), [&](std::int64_t f) { return !fs::exists(Folder(folder_of(t)).image(f, ".png")); });
     return missing;
   }
 

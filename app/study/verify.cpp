@@ -101,7 +101,8 @@ std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, cons
     const bool meant = patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) { return is_meant(c, p); });
     return !meant || (quick && !c.is_quick);
   });
-  if (all.empty()) throw base::Error({.file = patterns.front(), .hint = "without --quick they run", .message = "--quick leaves out every case of this name"});
+  if (all.empty())
+    throw base::Error({.file = patterns.front(), .hint = "without --quick they run", .message = "--quick leaves out every case of this name"});
   return all;
 }
 

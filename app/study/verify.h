@@ -38,8 +38,8 @@ nlohmann::ordered_json verdicts_json(const std::vector<Verdict>&);
 nlohmann::ordered_json list_json(const std::vector<sim::VerifyCase>&);
 /// The same as lines for people: failures first, then counts.
 std::string verdicts_text(const std::vector<Verdict>&);
-/// One page: all at a glance, then the tables, an energy curve and a picture of every case that has one, beside the pictures in `folder`. `seconds` that
-/// all of it took on so many threads.
+/// One page: all at a glance, then the tables, an energy curve and a picture of every case that has one, beside the pictures in `folder`.
+/// `seconds` that all of it took on so many threads.
 void write_verify_page(const std::vector<Verdict>&, double seconds, int threads, const std::filesystem::path& folder);
 
 }  // namespace app

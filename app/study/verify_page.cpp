@@ -164,8 +164,8 @@ void write_verify_page(const std::vector<Verdict>& all, double seconds, int thre
     std::vector<fs::path> pictures;
     std::vector<std::string> labels;
     for (const Verdict* v : members)
-      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty()) pictures.push_back(file),
-          labels.push_back(v->what.name.substr(name.size() + 1));
+      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty())
+        pictures.push_back(file), labels.push_back(v->what.name.substr(name.size() + 1));
     if (!pictures.empty()) page.contact_sheet(pictures, labels);
   }
   page.heading("Left out");

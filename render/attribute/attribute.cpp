@@ -133,7 +133,8 @@ struct Carried {
   std::vector<float> sim::Frame::* values;
   const char* unit;
 };
-constexpr Carried kCarried[] = {{"pressure", &sim::Frame::pressure, "Pa"}, {"strain", &sim::Frame::strain, "1"}, {"mode_energy", &sim::Frame::mode_energy, "J/kg"}};
+constexpr Carried kCarried[] = {
+    {"pressure", &sim::Frame::pressure, "Pa"}, {"strain", &sim::Frame::strain, "1"}, {"mode_energy", &sim::Frame::mode_energy, "J/kg"}};
 
 const Carried* carried(std::string_view color) {
   for (const Carried& c : kCarried)
@@ -157,7 +158,8 @@ Scale scale_of(const Setting& setting, double top_speed) {
   const double speed = top_speed > 0 ? top_speed : 1;
   const std::string& color = setting.preview.color;
   if (is_material(color)) return {.unit = "", .names = setting.materials};
-  if (const Carried* c = carried(color)) return {.is_signed = color == "pressure" && setting.shows_tension, .top = setting.preview.range.value_or(1), .unit = c->unit};
+  if (const Carried* c = carried(color))
+    return {.is_signed = color == "pressure" && setting.shows_tension, .top = setting.preview.range.value_or(1), .unit = c->unit};
   const bool curl = is_vorticity(setting);
   const double top = curl ? base::round_up(speed / (0.05 * setting.domain.size().maxCoeff())) : speed;
   return {.is_signed = component(setting) >= 0 || (curl && setting.dimension == 2),
@@ -170,7 +172,8 @@ std::vector<float> values(const Setting& setting, const sim::Frame& frame) {
     const CurlGrid curl(setting, frame);
     return each(frame.position.size(), [&](std::size_t i) { return curl.at(frame.position[i]); });
   }
-  if (is_material(setting.preview.color)) return each(frame.position.size(), [&](std::size_t i) { return frame.body.empty() ? 0.0f : static_cast<float>(frame.body[i]); });
+  if (is_material(setting.preview.color))
+    return each(frame.position.size(), [&](std::size_t i) { return frame.body.empty() ? 0.0f : static_cast<float>(frame.body[i]); });
   if (const Carried* c = carried(setting.preview.color)) {
     const std::vector<float>& values = frame.*c->values;
     if (values.size() != frame.position.size()) base::throw_input("points", "carry no " + std::string(c->color));
