@@ -29,7 +29,7 @@ class CostProgram : public ProgramTest {
   Json study() const { return Json::parse(text_of(folder / "study/cost.json")); }
 };
 
-const std::string kQuick = "cost taylor_green_2d --repeats 2 --set problem.time=0.2 --set sim.cell=0.0625 ";
+const std::string kProblem = "cost taylor_green_2d --set problem.time=0.2 --set sim.cell=0.0625 ", kQuick = kProblem + "--repeats 2 ";
 
 TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
   const Outcome first = cost(kQuick + "--vary sim.transfer=apic,polypic --out study");
@@ -59,14 +59,14 @@ TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
 }
 
 TEST_F(CostProgram, MarksWhatCannotRunGoesOnAndSaysNo) {
-  const Outcome made = cost(kQuick + "--vary sim.kernel=linear,quadratic --vary sim.modes=4,9 --out study");
+  const Outcome made = cost(kProblem + "--repeats 1 --vary sim.kernel=linear,quadratic --vary sim.modes=4,9 --out study");
   EXPECT_EQ(made.exit, 6) << made.err;
   const Json json = study();
   ASSERT_EQ(json.at("variants").size(), 4u);
   int failed = 0;
   for (const Json& v : json.at("variants")) {
     if (!v.contains("failure")) {
-      EXPECT_EQ(v.at("seconds").size(), 2u);
+      EXPECT_EQ(v.at("seconds").size(), 1u);
       continue;
     }
     ++failed;
