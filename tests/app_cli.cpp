@@ -150,7 +150,7 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"rum", "x.toml"}, "rum: no such command (did you mean run?)"},
       {{"--fast"}, "--fast: not an option of polypic"},
       {{"run"}, "SHOT is required (see polypic run --help)"},
-      {{"run", "x.toml", "y.toml"}, "y.toml: not an option of polypic run"},
+      {{"run", "x.toml", "y.toml"}, "y.toml: is one word too many for polypic run (see polypic run --help)"},
       {{"simulate", "x.toml", "--preview"}, "--preview: not an option of polypic simulate"},
       {{"list", "--out", "x"}, "--out: not an option of polypic list"},
       {{"run", "x.toml", "--out"}, "--out: needs one value"},

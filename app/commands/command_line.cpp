@@ -187,7 +187,10 @@ std::string version_text() {
 // CLI11's complaint in our words.
 [[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
   const std::string text = error.what(), hint = "see polypic " + name + " --help";
-  if (!command.remaining().empty()) refuse(command.remaining().front(), "not an option of polypic " + name, hint);
+  if (!command.remaining().empty()) {
+    const std::string word = command.remaining().front();
+    refuse(word, (word.starts_with('-') ? "not an option of polypic " : "is one word too many for polypic ") + name, hint);
+  }
   if (name == "cost" && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) refuse("cost", "needs a shot or a problem", hint);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs one value", hint);
   refuse("", text.substr(0, text.find('\n')), hint);
