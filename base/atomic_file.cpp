@@ -73,7 +73,8 @@ void write_atomically(const std::filesystem::path& path, const std::function<voi
   } catch (const Error& e) {   // libraries tell what they were given
     Complaint complaint = e.complaint();
     for (std::string* text : {&complaint.file, &complaint.message})
-      for (const auto& [from, to] : {std::pair{temporary.string(), path.string()}, std::pair{temporary.filename().string(), path.filename().string()}})
+      for (const auto& [from, to] :
+           {std::pair{temporary.string(), path.string()}, std::pair{temporary.filename().string(), path.filename().string()}})
         for (std::size_t at; (at = text->find(from)) != std::string::npos;) text->replace(at, from.size(), to);
     throw Error(std::move(complaint));
   } catch (const std::bad_alloc&) {

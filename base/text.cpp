@@ -16,6 +16,14 @@ std::string to_text(double v) {
   return {buffer.data(), end};
 }
 
+double round_up(double value) {
+  constexpr double kNear = 1e-9;   // a number that rounding has lifted over its step
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double step : {1.0, 2.0, 5.0})
+    if (value <= step * decade * (1 + kNear)) return step * decade;
+  return 10 * decade;
+}
+
 // Optimal string alignment: three rows of the table are enough.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last(b.size() + 1), last(b.size() + 1), row(b.size() + 1);

@@ -1,6 +1,6 @@
 #pragma once
 // Numbers and words as people read them.
-#include <cstdint>
+#include <concepts>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +9,12 @@ namespace base {
 
 /// The shortest decimal that reads back as the same double: "0.02", "1e-06", "1000000".
 std::string to_text(double);
+
+/// "1 frame", "2 frames".
+std::string count_of(std::integral auto n, std::string_view what) { return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s"); }
+
+/// To 1, 2 or 5 times a power of ten, as scales end; of a number above 0.
+double round_up(double);
 
 /// Edits (insert, delete, replace, swap of neighbours) that turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -85,7 +85,8 @@ void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel k
   const double scale = 1e9 / double(state.iterations()) / double(particles.size());
   state.counters["ns_per_particle"] = total * scale;
   state.counters["particles"] = double(particles.size());
-  state.counters["peak_bytes_per_particle"] = 1024 * double(peak_kilobytes()) / double(particles.size());   // of the process so far: ask for one size at a time
+  // Of the process so far: ask for one size at a time.
+  state.counters["peak_bytes_per_particle"] = 1024 * double(peak_kilobytes()) / double(particles.size());
   state.counters["pressure_iterations"] = iterations / double(state.iterations());
   for (const auto& [name, cost] : ledger.passes()) state.counters[name] = cost.seconds * scale;   // [ns a particle]
 }

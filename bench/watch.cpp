@@ -1,5 +1,6 @@
-// What the watch of a step costs, against the step: the sums over the grid and over particles that it compares, as passes of their own. In a step they
-// ride on passes that read the same data, so this is the most they can be. (What it does once a frame replaces sums that a run writes anyway.)
+// What the watch of a step costs, against the step: the sums over the grid and over particles that it compares, as passes of their own. In a
+// step they ride on passes that read the same data, so this is the most they can be. (What it does once a frame replaces sums that a run
+// writes anyway.)
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
@@ -155,7 +156,9 @@ void liquid(benchmark::State& state) {
 
 const int kRegistered = [] {
   benchmark::RegisterBenchmark("watch/solid_step/900000/apic", [](benchmark::State& s) { solid(s, Transfer::apic); })->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("watch/solid_step/900000/polypic27", [](benchmark::State& s) { solid(s, Transfer::polypic); })->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("watch/solid_step/900000/polypic27", [](benchmark::State& s) {
+    solid(s, Transfer::polypic);
+  })->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("watch/liquid_step/860000/linear/polypic8", liquid)->Unit(benchmark::kMillisecond);
   return 0;
 }();

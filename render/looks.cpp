@@ -13,13 +13,17 @@ constexpr std::string_view kDrawn[] = {"surface", "grains"};
 void Look::params(base::Params& p) {
   p("model", model, "how the surface scatters light", trace::kModels);
   const bool coats = model == "coated" || model == "translucent";
-  if (p.when(model != "dielectric")) p("color", color, "1", "albedo, scene-linear Rec.709; of a conductor: reflectance straight on; of what is emissive: radiance", base::within(0, 1));
-  if (p.when(coats || model == "dielectric" || model == "conductor")) p("roughness", roughness, "1", "0 a mirror or clear, 1 as dull as can be", base::within(0, 1));
+  if (p.when(model != "dielectric"))
+    p("color", color, "1", "albedo, scene-linear Rec.709; of a conductor: reflectance straight on; of what is emissive: radiance",
+      base::within(0, 1));
+  if (p.when(coats || model == "dielectric" || model == "conductor"))
+    p("roughness", roughness, "1", "0 a mirror or clear, 1 as dull as can be", base::within(0, 1));
   if (p.when(model == "dielectric")) {
     p("ior", ior, "1", "index of refraction", base::within(1, 4));
     p("absorption", absorption, "1/m", "absorption of red, green and blue", base::at_least(0));
     p("scattering", scattering, "1/m", "how often light is scattered inside: milkiness", base::at_least(0));
-    p("priority", priority, "1", "where two dielectrics overlap the one of higher priority is; of equals the solid, or the later collider", base::within(-1000, 1000));
+    p("priority", priority, "1", "where two dielectrics overlap the one of higher priority is; of equals the solid, or the later collider",
+      base::within(-1000, 1000));
   }
   if (p.when(model == "conductor")) p("edge", edge, "1", "tint of what it reflects at 82 degrees", base::within(0, 1));
   if (p.when(coats)) p("coat", coat, "1", "index of refraction of a coat around the body; 1 is none", base::within(1, 4));

@@ -24,7 +24,8 @@ namespace {
 using base::Vec3f;
 
 constexpr std::int64_t kTile = 16;  // [pixels]
-const std::vector<std::string> kChannels = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "Z", "motion.X", "motion.Y", "id", "samples"};
+const std::vector<std::string> kChannels = {"R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z", "Z", "motion.X", "motion.Y",
+                                            "id", "samples"};
 
 constexpr std::size_t kAlpha = 3, kDepth = 10, kId = 13, kSamples = 14;  // their numbers
 
@@ -93,7 +94,8 @@ struct Shot {
 }  // namespace
 
 Grains grains_of(sim::Frame frame) {
-  return {.position = std::move(frame.position), .velocity = std::move(frame.velocity), .id = std::move(frame.id), .body = std::move(frame.body), .radius = frame.pscale};
+  return {.position = std::move(frame.position), .velocity = std::move(frame.velocity), .id = std::move(frame.id), .body = std::move(frame.body),
+          .radius = frame.pscale};
 }
 
 struct PathTracer::Impl {
@@ -120,10 +122,11 @@ struct PathTracer::Impl {
   tbb::task_arena arena;
 };
 
-trace::Ray PathTracer::Impl::camera_ray(const trace::Camera& camera, const sampling::PixelSampler& points, std::uint32_t sample, std::int64_t x, std::int64_t y) const {
+trace::Ray PathTracer::Impl::camera_ray(const trace::Camera& camera, const sampling::PixelSampler& points, std::uint32_t sample, std::int64_t x,
+                                        std::int64_t y) const {
   const sampling::Point at = points.point(sample, kPixel);
-  return camera.ray(static_cast<float>(x) + (0.5f + filter.offset(at.x)), static_cast<float>(y) + (0.5f + filter.offset(at.y)), points.point(sample, kLens),
-                    points.point(sample, kTime).x);
+  return camera.ray(static_cast<float>(x) + (0.5f + filter.offset(at.x)), static_cast<float>(y) + (0.5f + filter.offset(at.y)),
+                    points.point(sample, kLens), points.point(sample, kTime).x);
 }
 
 void PathTracer::Impl::add_samples(const Shot& shot, std::int64_t x, std::int64_t y, std::int64_t first_sample, std::int64_t last, Film& film) const {
@@ -152,8 +155,8 @@ void PathTracer::Impl::add_samples(const Shot& shot, std::int64_t x, std::int64_
     depth = z;
     id = first.id;
   }
-  const float values[] = {color.x(), color.y(), color.z(), 0, albedo.x(), albedo.y(), albedo.z(), normal.x(), normal.y(), normal.z(), 0, motion.x(), motion.y(), 0,
-                          static_cast<float>(last - first_sample)};
+  const float values[] = {color.x(), color.y(), color.z(), 0, albedo.x(), albedo.y(), albedo.z(), normal.x(), normal.y(), normal.z(), 0, motion.x(),
+                          motion.y(), 0, static_cast<float>(last - first_sample)};
   for (std::size_t c = 0; c < kChannels.size(); ++c) out[c] += values[c];
   out[kDepth] = depth;
   out[kId] = static_cast<float>(id);
@@ -284,7 +287,10 @@ void PathTracer::Impl::trace(const trace::Camera& camera, std::int64_t frame, Fi
   const auto pass = ledger.pass("trace", static_cast<std::int64_t>(film.image.pixels.size() * sizeof(float)));
   const Options& o = options;
   const sampling::Sequence sequence(o.spp, frame);
-  const Shot shot{camera, trace::Integrator(scene, geometry).media_at(camera.ray(0.5f * static_cast<float>(o.width), 0.5f * static_cast<float>(o.height), {0.5f, 0.5f}, 0.5f).origin, 0.5f), sequence, frame};
+  const Shot shot{camera,
+                  trace::Integrator(scene, geometry)
+                      .media_at(camera.ray(0.5f * static_cast<float>(o.width), 0.5f * static_cast<float>(o.height), {0.5f, 0.5f}, 0.5f).origin, 0.5f),
+                  sequence, frame};
   std::vector<std::int64_t> numbers(static_cast<std::size_t>(tiles()));
   std::iota(numbers.begin(), numbers.end(), 0);
   const std::int64_t batch = o.noise ? kBatch : o.time_limit ? kTimedBatch : o.spp;

@@ -62,12 +62,21 @@ std::span<const base::PassRow> pass_rows() {
 
 std::span<const base::EffectRow<Setting>> effect_rows() {
   static const std::vector<base::EffectRow<Setting>> rows = {
-      {"path tracing", {"sim.dimension", "render.width", "render.height", "render.spp", "render.bounces", "camera.position", "camera.target", "camera.up", "camera.fov"},
-       in_space, {"bvh", "trace", "write_image"}},
+      {"path tracing",
+       {"sim.dimension", "render.width", "render.height", "render.spp", "render.bounces", "camera.position", "camera.target", "camera.up",
+        "camera.fov"},
+       in_space,
+       {"bvh", "trace", "write_image"}},
       {"AOVs", {"sim.dimension"}, in_space, {"trace"}},
       {"flat drawing", {"sim.dimension", "render.width", "render.height"}, is_flat, {"draw", "write_image"}},
-      {"surface in pictures", {"body.NAME.look", "body.NAME.material", "look.NAME.draw=surface"}, [](const Setting& s) { return in_space(s) && s.draws_surface(); }, {"mesh", "bvh<mesh"}},
-      {"grains in pictures", {"body.NAME.look", "body.NAME.material", "look.NAME.draw=grains", "look.NAME.grain_size", "look.NAME.grain_variation"}, [](const Setting& s) { return in_space(s) && s.draws_grains(); }, {"bvh<points file"}},
+      {"surface in pictures",
+       {"body.NAME.look", "body.NAME.material", "look.NAME.draw=surface"},
+       [](const Setting& s) { return in_space(s) && s.draws_surface(); },
+       {"mesh", "bvh<mesh"}},
+      {"grains in pictures",
+       {"body.NAME.look", "body.NAME.material", "look.NAME.draw=grains", "look.NAME.grain_size", "look.NAME.grain_variation"},
+       [](const Setting& s) { return in_space(s) && s.draws_grains(); },
+       {"bvh<points file"}},
       {"solids in pictures", {"collider.NAME.look"}, [](const Setting& s) { return in_space(s) && !s.colliders.empty(); }, {"bvh<solids"}},
       {"set", {"set.NAME"}, [](const Setting& s) { return in_space(s) && !s.sets.empty(); }, {"bvh<set"}},
       {"coloured by speed", {"preview.color=speed", "preview.range"}, [](const Setting& s) { return s.preview.color == "speed"; }},
@@ -82,7 +91,9 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
       {"previews of particles", {"preview.draw=points"}, [](const Setting& s) { return !previews_surface(s); }},
       {"previews of the surface", {"preview.draw=surface"}, previews_surface},
       {"motion blur", {"camera.shutter"}, [](const Setting& s) { return in_space(s) && s.camera.shutter > 0; }},
-      {"depth of field", {"camera.aperture", "camera.focus", "camera.sensor"}, [](const Setting& s) { return in_space(s) && s.camera.aperture.has_value(); }},
+      {"depth of field",
+       {"camera.aperture", "camera.focus", "camera.sensor"},
+       [](const Setting& s) { return in_space(s) && s.camera.aperture.has_value(); }},
       {"moving camera", {"camera.key.N"}, [](const Setting& s) { return in_space(s) && !s.camera.keys.empty(); }},
       {"turntable", {"camera.turntable"}, [](const Setting& s) { return in_space(s) && s.camera.turntable.has_value(); }},
       {"area lights", {"light.N.kind=area", "light.N"}, [](const Setting& s) { return shines(s, "area"); }},
@@ -96,9 +107,9 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
       {"coat", {"look.NAME.model=coated"}, [](const Setting& s) { return any_model(s, "coated"); }},
       {"subsurface walks", {"look.NAME.model=translucent"}, [](const Setting& s) { return any_model(s, "translucent"); }},
       {"emission", {"look.NAME.model=emissive"}, [](const Setting& s) { return any_model(s, "emissive"); }},
-      {"milkiness", {"look.NAME.scattering"}, [](const Setting& s) {
-         return any_look(s, [](const Look& look) { return look.model == "dielectric" && !look.scattering.isZero(0); });
-       }},
+      {"milkiness",
+       {"look.NAME.scattering"},
+       [](const Setting& s) { return any_look(s, [](const Look& look) { return look.model == "dielectric" && !look.scattering.isZero(0); }); }},
       {"straight caustics", {"render.caustics=straight"}, [](const Setting& s) { return has_caustics(s, "straight"); }},
       {"traced caustics", {"render.caustics=path"}, [](const Setting& s) { return has_caustics(s, "path"); }},
       {"full shadows", {"render.caustics=none"}, [](const Setting& s) { return has_caustics(s, "none"); }},
@@ -119,8 +130,9 @@ std::span<const base::EffectRow<Setting>> effect_rows() {
 base::Plan plan_of(const Setting& setting) { return base::make_plan("render", effect_rows(), pass_rows(), setting); }
 
 base::Plan preview_plan_of(const Setting& setting) {
-  static const std::vector<base::EffectRow<Setting>> rows = {{"preview", {"render.width", "render.height"}, [](const Setting&) { return true; }, {"draw", "write_image"}},
-                                                               {"surface in previews", {"preview.draw=surface"}, previews_surface, {"mesh"}}};
+  static const std::vector<base::EffectRow<Setting>> rows = {
+      {"preview", {"render.width", "render.height"}, [](const Setting&) { return true; }, {"draw", "write_image"}},
+      {"surface in previews", {"preview.draw=surface"}, previews_surface, {"mesh"}}};
   return base::make_plan("preview", std::span<const base::EffectRow<Setting>>(rows), pass_rows(), setting);
 }
 

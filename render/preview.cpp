@@ -109,8 +109,9 @@ Image draw(const Setting& setting, const sim::Frame& frame, const surface::Mesh*
   const int factor = std::max(options.width, options.height) <= 4096 ? 2 : 1;  // samples across a pixel
   const attribute::Scale scale = attribute::scale_of(setting, top_speed);
   raster::Drawing drawing{.width = static_cast<int>(options.width) * factor, .height = static_cast<int>(options.height) * factor,
-                           .view = view::resolve(setting.camera, setting.domain, options.width, options.height, static_cast<double>(frame.number)),
-                           .radius = static_cast<float>(frame.pscale), .top = kTop, .bottom = kBottom, .discs = {}, .lines = outlines(setting), .corners = {}, .facets = {}};
+                          .view = view::resolve(setting.camera, setting.domain, options.width, options.height, static_cast<double>(frame.number)),
+                          .radius = static_cast<float>(frame.pscale), .top = kTop, .bottom = kBottom, .discs = {}, .lines = outlines(setting),
+                          .corners = {}, .facets = {}};
   const std::vector<float> values = mesh ? attribute::values(setting, frame, *mesh) : attribute::values(setting, frame);
   if (mesh) {
     for (std::size_t i = 0; i < values.size(); ++i) drawing.corners.push_back({mesh->position[i], mesh->normal[i], scale.color(values[i])});

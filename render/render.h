@@ -167,8 +167,8 @@ Grains grains_of(sim::Frame);
 /// Scene-linear Rec.709 RGBA and what the first hits say, by EXR name; rows top-down, channels of a pixel side by side.
 /// The path tracer gives R G B A albedo.R albedo.G albedo.B N.X N.Y N.Z (world) Z (metres along the view axis, the nearest of the
 /// samples, 0 where there is only sky) motion.X motion.Y (pixels a frame, to the right and up) id (of that nearest hit: 0 sky, 1 the
-/// ground, 2 the liquid or the solids around which there is one surface, then the colliders, the set, the bodies drawn as grains or with surfaces of their own) samples, and denoised.R denoised.G denoised.B
-/// where options.denoise asks for them. The preview gives R G B A as displayed.
+/// ground, 2 the liquid or the solids around which there is one surface, then the colliders, the set, the bodies drawn as grains or with
+/// surfaces of their own) samples, and denoised.R denoised.G denoised.B where options.denoise asks for them. The preview gives R G B A as displayed.
 struct Image {
   std::int64_t width = 0, height = 0;
   std::vector<std::string> channels;                        // "R", "G", "B", "A", "Z", "N.X" ...
@@ -243,7 +243,7 @@ struct ImageDifference {
   std::vector<base::Differences> by_channel;                // in the order of the image's channels
   base::Differences values;                                 // of all channels
   std::uint64_t pixels = 0, pixels_over = 0;                // a pixel is over the limit when any of its channels is
-  std::optional<double> psnr;                               // [dB] of R, G and B, or of all channels where there are none; empty when they are the same
+  std::optional<double> psnr;   // [dB] of R, G and B, or of all channels where there are none; empty when they are the same
   double percent_over() const { return pixels > 0 ? 100 * static_cast<double>(pixels_over) / static_cast<double>(pixels) : 0; }
 };
 /// Both of the same size and channels. A NaN or an infinity differs from everything.

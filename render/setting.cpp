@@ -17,7 +17,9 @@ constexpr std::string_view kViews[] = {"filmic", "srgb"};
 
 /// Keys ascend, and what they say is not said again beside them.
 void check_keys(const Camera& c, base::Params& p) {
-  const auto named = [&](auto quantity) { return std::any_of(c.keys.begin(), c.keys.end(), [&](const CameraKey& k) { return (k.*quantity).has_value(); }); };
+  const auto named = [&](auto quantity) {
+    return std::any_of(c.keys.begin(), c.keys.end(), [&](const CameraKey& k) { return (k.*quantity).has_value(); });
+  };
   for (std::size_t i = 1; i < c.keys.size(); ++i)
     p.require(c.keys[i].frame > c.keys[i - 1].frame, "key." + std::to_string(i + 1) + ".frame", "must be above the frame of the key before");
   p.require(!c.position || !named(&CameraKey::position), "position", "is said by [[camera.key]] as well");
@@ -33,7 +35,8 @@ void Preview::params(base::Params& p) {
   p("color", color, "what previews (and two-dimensional pictures) are coloured by", names);
   p("range", range, "the colour's", "end of the colour bar [m/s, 1/s, Pa, 1 or J/kg]", base::above(0), "one that the shot hardly passes");
   if (p.when(p.vector_size() == 3)) p("draw", draw, "the particles, or the surface made of them", kDraw);
-  p.require(draw == "points" || !attribute::only_particles_have(color), "color", "is known of particles only: preview.draw = \"surface\" cannot show it");
+  p.require(draw == "points" || !attribute::only_particles_have(color), "color",
+            "is known of particles only: preview.draw = \"surface\" cannot show it");
 }
 
 void CameraKey::params(base::Params& p) {
@@ -68,7 +71,8 @@ void Camera::params(base::Params& p) {
   p("target", target, "m", "what it looks at", "the middle of the domain");
   p("up", up, "1", "direction that points up in the picture");
   p("fov", fov, "degrees", "vertical field of view", base::within(1, 150));
-  p("shutter", shutter, "1", "share of a frame's time that it is exposed for, centred on the frame's moment; 0 freezes all motion", base::within(0, 1));
+  p("shutter", shutter, "1", "share of a frame's time that it is exposed for, centred on the frame's moment; 0 freezes all motion",
+    base::within(0, 1));
   p("aperture", aperture, "1", "f-number of the lens, such as 2.8", base::within(0.1, 1000), "a pinhole: all is sharp");
   p("focus", focus, "m", "distance along the line of sight that is sharp, with an aperture", base::above(0), "the target's");
   p("sensor", sensor, "m", "height of the film behind the lens: how wide an f-number opens", base::within(1e-4, 10));
@@ -85,9 +89,11 @@ void Camera::params(base::Params& p) {
 }
 
 void Light::params(base::Params& p) {
-  p("kind", kind, "a rectangle that shines to one side, a sphere, the sun, a sky that goes from one colour to another, or a picture of the surroundings", kKinds);
+  p("kind", kind,
+    "a rectangle that shines to one side, a sphere, the sun, a sky that goes from one colour to another, or a picture of the surroundings", kKinds);
   p("color", color, "1", "scene-linear Rec.709; of a sky: at the zenith; of an environment: tint", base::at_least(0));
-  p("intensity", intensity, "1", "radiance that the colour is multiplied with; of a sun: what it gives a white surface that faces it", base::at_least(0));
+  p("intensity", intensity, "1", "radiance that the colour is multiplied with; of a sun: what it gives a white surface that faces it",
+    base::at_least(0));
   if (p.when(kind == "area" || kind == "sphere")) p("position", position, "m", "its middle");
   if (p.when(kind == "area")) {
     p("target", target, "m", "point that it faces");
@@ -126,11 +132,14 @@ void Options::params(base::Params& p) {
   if (!p.when(p.vector_size() == 3)) return;   // points are drawn as they are displayed
   p("spp", spp, "1", "samples a pixel; a power of two is stratified best", base::within(1, 65536));
   p("bounces", bounces, "1", "surfaces a path may meet", base::within(1, 256));
-  p("caustics", caustics, "light through dielectrics: straight tinted shadow rays (biased, quiet), found by chance (unbiased, noisy), or none: full shadows", kCaustics);
+  p("caustics", caustics,
+    "light through dielectrics: straight tinted shadow rays (biased, quiet), found by chance (unbiased, noisy), or none: full shadows", kCaustics);
   p("ground", ground, "the domain's floor without end, a studio's backdrop behind the domain, or nothing", kGrounds);
-  p("noise", noise, "1", "relative error at which a tile of 16 x 16 pixels gets no more samples; spp is the most", base::between(0, 1), "all get spp samples");
+  p("noise", noise, "1", "relative error at which a tile of 16 x 16 pixels gets no more samples; spp is the most", base::between(0, 1),
+    "all get spp samples");
   p("time_limit", time_limit, "s", "a frame that takes longer stops with the samples it has, and is not reproducible", base::above(0), "none");
-  p("denoise", denoise, "noise taken out by what pixels have in common: not at all, as the EXR's channels denoised.RGB, or shown by the PNG, too", kDenoise);
+  p("denoise", denoise, "noise taken out by what pixels have in common: not at all, as the EXR's channels denoised.RGB, or shown by the PNG, too",
+    kDenoise);
   p("view", view, "how scene light becomes PNG colours", kViews);
   p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
 }
@@ -169,7 +178,8 @@ void Setting::params(base::Params& p) {
   p.table("render", "the images", [&](base::Params& q) { options.params(q); });
   p.table("preview", "previews", [&](base::Params& q) { preview.params(q); });
   if (p.vector_size() == 2) {
-    for (const auto table : {"camera", "light", "set", "look"}) p.without(table, "has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view");
+    for (const auto table : {"camera", "light", "set", "look"})
+      p.without(table, "has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view");
     return;
   }
   p.table("camera", "the view; what is unset shows the whole domain", [&](base::Params& q) { camera.params(q); });

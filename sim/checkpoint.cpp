@@ -103,7 +103,8 @@ bool lay_out(hid_t file, const Column& column, std::optional<haddr_t>& place) {
 }
 
 /// The file without the columns' bytes; empty when the library could not write it.
-std::optional<std::vector<std::optional<haddr_t>>> lay_out(const fs::path& path, const std::string& hash, const std::string& version, const State& state) {
+std::optional<std::vector<std::optional<haddr_t>>> lay_out(const fs::path& path, const std::string& hash, const std::string& version,
+                                                           const State& state) {
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose), access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_userblock(creation, kUserBlock);
   H5Pset_obj_track_times(creation, false);
@@ -193,7 +194,8 @@ bool get_text(hid_t object, const char* name, std::string& text) {
   if (!attribute.good()) return false;
   const Handle space(H5Aget_space(attribute), H5Sclose), type(H5Aget_type(attribute), H5Tclose);
   const std::size_t size = H5Tget_size(type);
-  if (H5Sget_simple_extent_npoints(space) != 1 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > kLongestText) return false;
+  if (H5Sget_simple_extent_npoints(space) != 1 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > kLongestText)
+    return false;
   std::array<char, kLongestText + 1> value{};
   if (H5Aread(attribute, type, value.data()) < 0) return false;
   text = value.data();

@@ -82,7 +82,8 @@ void ClosedMesh::check_edges() {
     if (!is_open && turned++ == 0) first_turned = first;
   }
   const auto between = [&](std::size_t k) { return place(corners_[edges[k].low]) + " to " + place(corners_[edges[k].high]); };
-  if (open > 0) objection_ = fmt::format("is not closed: {} of its edges have a triangle on one side only, the first from {} m", open, between(first_open));
+  if (open > 0)
+    objection_ = fmt::format("is not closed: {} of its edges have a triangle on one side only, the first from {} m", open, between(first_open));
   else if (turned > 0)
     objection_ = fmt::format("has no inside: at {} of its edges one triangle is turned over, the first from {} m", turned, between(first_turned));
 }

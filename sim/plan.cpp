@@ -120,33 +120,48 @@ std::span<const base::PassRow> solid_pass_rows() {
 
 std::span<const base::EffectRow<Scene>> effect_rows() {
   static const std::vector<base::EffectRow<Scene>> rows = {
-      {"liquid", {"sim.solver=fluid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.pressure_tolerance", "shot.fps", "body.NAME.material=water", "body.NAME"},
-       [](const Scene& s) { return s.options.solver == "fluid"; }, {"sort", "p2g", "sums", "pressure", "extrapolate", "g2p", "advect", "watch"},
+      {"liquid",
+       {"sim.solver=fluid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.pressure_tolerance", "shot.fps",
+        "body.NAME.material=water", "body.NAME"},
+       [](const Scene& s) { return s.options.solver == "fluid"; },
+       {"sort", "p2g", "sums", "pressure", "extrapolate", "g2p", "advect", "watch"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
          return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * d},
                                        {"order", sort_bytes(d, real, d * mode_count(s.options)), false}};
        }},
-      {"solid", {"sim.solver=solid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.sound_cfl", "shot.fps", "body.NAME"},
-       is_solid, {"sort", "p2g", "grid_update", "g2p", "watch"},
+      {"solid",
+       {"sim.solver=solid", "sim.domain", "sim.cell", "sim.particles_per_cell", "sim.cfl", "sim.sound_cfl", "shot.fps", "body.NAME"},
+       is_solid,
+       {"sort", "p2g", "grid_update", "g2p", "watch"},
        [](const Scene& s) {
          const std::int64_t d = s.options.dimension, real = real_bytes(s);
          const std::int64_t row = d * most_modes(s), strain = real * (d * d + 1), stress = real * d * (d + 1) / 2;
-         return std::vector<Attribute>{{"cell", 4 * d}, {"offset", real * d}, {"id", 8}, {"coefficients", real * row}, {"deformation", strain}, {"stress", stress},
-                                       {"order", sort_bytes(d, real, row), false}, {"spare", strain + (has_short_rows(std::size_t(row)) ? stress : 0), false}};
+         return std::vector<Attribute>{{"cell", 4 * d},
+                                       {"offset", real * d},
+                                       {"id", 8},
+                                       {"coefficients", real * row},
+                                       {"deformation", strain},
+                                       {"stress", stress},
+                                       {"order", sort_bytes(d, real, row), false},
+                                       {"spare", strain + (has_short_rows(std::size_t(row)) ? stress : 0), false}};
        }},
       {"fixed corotated elasticity", {"body.NAME.material.model=fixed_corotated", "body.NAME.material=snow"}, has_model<Elasticity::fixed_corotated>},
-      {"neo-Hookean elasticity", {"body.NAME.material.model=neo_hookean", "body.NAME.material=jelly", "body.NAME.material=rubber"},
+      {"neo-Hookean elasticity",
+       {"body.NAME.material.model=neo_hookean", "body.NAME.material=jelly", "body.NAME.material=rubber"},
        has_model<Elasticity::neo_hookean>},
       {"Hencky elasticity", {"body.NAME.material.model=hencky"}, has_model<Elasticity::hencky>},
       {"Tait's liquid", {"body.NAME.material.model=tait", "body.NAME.material=water_mpm"}, has_model<Elasticity::tait>},
       {"no plasticity", {"body.NAME.material.plasticity=none"}, has_plasticity<Plasticity::none>},
-      {"von Mises plasticity", {"body.NAME.material.plasticity=von_mises", "body.NAME.material=steel", "body.NAME.material=clay"},
+      {"von Mises plasticity",
+       {"body.NAME.material.plasticity=von_mises", "body.NAME.material=steel", "body.NAME.material=clay"},
        has_plasticity<Plasticity::von_mises>},
-      {"Drucker-Prager plasticity", {"body.NAME.material.plasticity=drucker_prager", "body.NAME.material=dry_sand", "body.NAME.material=wet_sand"},
+      {"Drucker-Prager plasticity",
+       {"body.NAME.material.plasticity=drucker_prager", "body.NAME.material=dry_sand", "body.NAME.material=wet_sand"},
        has_plasticity<Plasticity::drucker_prager>},
       {"snow plasticity", {"body.NAME.material.plasticity=snow"}, has_plasticity<Plasticity::snow>},
-      {"volume averaging", {"body.NAME.material.volume_averaging"},
+      {"volume averaging",
+       {"body.NAME.material.volume_averaging"},
        [](const Scene& s) { return any_solid(s, [](const Body& b) { return b.solid.volume_averaging; }); }},
       {"three dimensions", {"sim.dimension"}, has_dimension<3>},
       {"two dimensions", {"sim.dimension"}, has_dimension<2>},
@@ -154,11 +169,23 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"quadratic kernel", {"sim.kernel=quadratic"}, has_kernel<Kernel::quadratic>},
       {"pic", {"sim.transfer=pic", "body.NAME.transfer=pic"}, has_transfer<Transfer::pic>},
       {"flip", {"sim.transfer=flip", "sim.flip_time", "body.NAME.transfer=flip"}, has_transfer<Transfer::flip>},
-      {"apic", {"sim.transfer=apic", "body.NAME.transfer=apic"}, has_transfer<Transfer::apic>, {},
-       [](const Scene& s) { return is_solid(s) ? std::vector<Attribute>{} : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (affine_count(s.options) - 1)}}; }},
-      {"polypic", {"sim.transfer=polypic", "sim.modes=multilinear", "sim.modes=quadratic", "sim.modes=full", "body.NAME.transfer=polypic",
-                   "body.NAME.modes=multilinear", "body.NAME.modes=quadratic", "body.NAME.modes=full"}, has_transfer<Transfer::polypic>, {},
-       [](const Scene& s) { return is_solid(s) ? std::vector<Attribute>{} : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (mode_count(s.options) - 1)}}; }},
+      {"apic",
+       {"sim.transfer=apic", "body.NAME.transfer=apic"},
+       has_transfer<Transfer::apic>,
+       {},
+       [](const Scene& s) {
+         return is_solid(s) ? std::vector<Attribute>{}
+                            : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (affine_count(s.options) - 1)}};
+       }},
+      {"polypic",
+       {"sim.transfer=polypic", "sim.modes=multilinear", "sim.modes=quadratic", "sim.modes=full", "body.NAME.transfer=polypic",
+        "body.NAME.modes=multilinear", "body.NAME.modes=quadratic", "body.NAME.modes=full"},
+       has_transfer<Transfer::polypic>,
+       {},
+       [](const Scene& s) {
+         return is_solid(s) ? std::vector<Attribute>{}
+                            : std::vector<Attribute>{{"coefficients", real_bytes(s) * s.options.dimension * (mode_count(s.options) - 1)}};
+       }},
       {"limited carry", {"sim.carry=limited"}, has_carry<Carry::limited>, {"carry"}, departures},
       {"hybrid carry", {"sim.carry=hybrid"}, has_carry<Carry::hybrid>, {"carry"}, departures},
       {"fixed carry", {"sim.carry=fixed"}, has_carry<Carry::fixed>},
@@ -174,25 +201,39 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
       {"double precision", {"sim.precision=double"}, has_precision<Precision::double_precision>},
       {"jittered seeding", {"sim.seeding=jitter", "sim.seed"}, has_seeding<Seeding::jitter>},
       {"regular seeding", {"sim.seeding=regular"}, has_seeding<Seeding::regular>},
-      {"pressure on particles", {"sim.write.pressure"}, [](const Scene& s) { return s.options.write.pressure; }, {},
-       [](const Scene& s) { return is_fluid(s) ? std::vector<Attribute>{{"pressure", 4}} : std::vector<Attribute>{}; }},
+      {"pressure on particles",
+       {"sim.write.pressure"},
+       [](const Scene& s) { return s.options.write.pressure; },
+       {},
+       [](const Scene& s) {
+         return is_fluid(s) ? std::vector<Attribute>{{"pressure", 4}} : std::vector<Attribute>{};
+       }},
       {"strain on particles", {"sim.write.strain"}, [](const Scene& s) { return is_solid(s) && s.options.write.strain; }},
       {"mode energy on particles", {"sim.write.mode_energy"}, [](const Scene& s) { return s.options.write.mode_energy; }},
       {"gravity", {"effect.N.kind=gravity", "effect.N.acceleration"}, [](const Scene& s) { return !gravity(s).isZero(0); }, {"forces"}},
       {"walls", {"sim.boundary=slip"}, [](const Scene& s) { return any_side(s.options, Side::slip); }, {"collide"}},
       {"sticky contact", {"sim.boundary=sticky", "collider.NAME.contact=sticky"}, has_contact<Contact::sticky>, {"collide"}},
-      {"separating contact", {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
-       has_contact<Contact::separating>, {"collide"}},
+      {"separating contact",
+       {"sim.boundary=separating", "sim.boundary.friction", "collider.NAME.contact=separating", "collider.NAME.friction"},
+       has_contact<Contact::separating>,
+       {"collide"}},
       {"open sides", {"sim.boundary=open"}, [](const Scene& s) { return any_side(s.options, Side::open); }, {"collide"}},
       {"energy audit", {"sim.audit"}, [](const Scene& s) { return s.options.audit; }, {"audit"}},
       {"periodic sides", {"sim.boundary=periodic"}, [](const Scene& s) { return any_side(s.options, Side::periodic); }},
-      {"colliders", {"collider.NAME", "collider.NAME.contact=slip"}, [](const Scene& s) { return !s.colliders.empty(); }, {"collide", "collide<solids", "pressure<solids"}},
-      {"moving colliders", {"collider.NAME.velocity"},
-       [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return !c.velocity.isZero(0); }); }, {"collide"}},
+      {"colliders",
+       {"collider.NAME", "collider.NAME.contact=slip"},
+       [](const Scene& s) { return !s.colliders.empty(); },
+       {"collide", "collide<solids", "pressure<solids"}},
+      {"moving colliders",
+       {"collider.NAME.velocity"},
+       [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return !c.velocity.isZero(0); }); },
+       {"collide"}},
   };
   return rows;
 }
 
-base::Plan plan_of(const Scene& scene) { return base::make_plan("simulate", effect_rows(), is_solid(scene) ? solid_pass_rows() : pass_rows(), scene); }
+base::Plan plan_of(const Scene& scene) {
+  return base::make_plan("simulate", effect_rows(), is_solid(scene) ? solid_pass_rows() : pass_rows(), scene);
+}
 
 }  // namespace sim

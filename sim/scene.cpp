@@ -24,7 +24,8 @@ constexpr std::array kSolverNames{"fluid"sv, "solid"sv};
 constexpr std::array kSplittingNames{"lie"sv, "reflection"sv};
 constexpr std::array kAdvectionNames{"rk2"sv, "rk3"sv};
 constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
-constexpr std::array kSideNames{"open"sv, "slip"sv, "periodic"sv, "sticky"sv, "separating"sv};   // the first three of fluids, all but the first of solids
+/// The first three of fluids, all but the first of solids.
+constexpr std::array kSideNames{"open"sv, "slip"sv, "periodic"sv, "sticky"sv, "separating"sv};
 constexpr std::array kSides{Side::open, Side::slip, Side::periodic, Side::sticky, Side::separating};
 constexpr std::array kContactNames{"sticky"sv, "slip"sv, "separating"sv};
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
@@ -74,8 +75,9 @@ void check_domain(const Options& o, base::Params& p) {
             fmt::format("makes {:.3g} cells along an edge; at most {:.3g} are possible", most, kMostCellsOfAnEdge));
   if (fits && !is_multiple(size, o.cell)) {
     const double near = nearest_cell(size, o.cell);
-    p.require(false, "cell", near > 0 ? fmt::format("the domain is no multiple of it; the nearest is {} m", near)
-                                      : fmt::format("the domain is no multiple of it, and no cell near it divides all {} edges", o.dimension == 2 ? "two" : "three"));
+    const std::string other = near > 0 ? fmt::format("; the nearest is {} m", near)
+                                       : fmt::format(", and no cell near it divides all {} edges", o.dimension == 2 ? "two" : "three");
+    p.require(false, "cell", "the domain is no multiple of it" + other);
   }
 }
 
@@ -86,7 +88,8 @@ void check_boundary(const Options& o, base::Params& p) {
       if (o.boundary[a][side] != Side::periodic) continue;
       const auto cells = std::llround(o.domain.size()[Eigen::Index(a)] / o.cell);
       p.require(o.boundary[a][1 - side] == Side::periodic, key, fmt::format("needs sim.boundary.{} = \"periodic\" too", kSideKeys[a][1 - side]));
-      p.require(cells >= kFewestPeriodicCells, key, fmt::format("needs at least {} cells between the two sides; there are {}", kFewestPeriodicCells, cells));
+      p.require(cells >= kFewestPeriodicCells, key,
+                fmt::format("needs at least {} cells between the two sides; there are {}", kFewestPeriodicCells, cells));
     }
 }
 
@@ -115,14 +118,18 @@ void check_transfer(const Options& o, base::Params& p) {
 /// A body's own scheme, where the shot gives it one.
 void check_body(const Body& body, const Options& options, const std::string& key, base::Params& p) {
   const Options own = with_scheme_of(body, options);
-  p.require(body.modes.count == 0 && body.modes.name.empty() ? true : own.transfer == Transfer::polypic, key + ".modes", "needs transfer = \"polypic\"");
-  p.require(own.modes.count <= int_power(3, int(options.dimension)), key + ".modes", fmt::format("must be at most {}", int_power(3, int(options.dimension))));
+  p.require(body.modes.count == 0 && body.modes.name.empty() ? true : own.transfer == Transfer::polypic, key + ".modes",
+            "needs transfer = \"polypic\"");
+  p.require(own.modes.count <= int_power(3, int(options.dimension)), key + ".modes",
+            fmt::format("must be at most {}", int_power(3, int(options.dimension))));
 }
 
 }  // namespace
 
 Options with_scheme_of(const Body& body, Options o) {
-  const auto place_of = [](const auto& names, const std::string& name) { return std::size_t(std::find(names.begin(), names.end(), name) - names.begin()); };
+  const auto place_of = [](const auto& names, const std::string& name) {
+    return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
+  };
   if (!body.transfer.empty()) o.transfer = static_cast<Transfer>(place_of(kTransferNames, body.transfer));
   if (!body.carry.empty()) o.carry = static_cast<Carry>(place_of(kCarryNames, body.carry));
   if (body.modes.count > 0 || !body.modes.name.empty()) o.modes = body.modes;
@@ -136,7 +143,8 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
   std::optional<base::Vec3> axis;
   if (p.when(box.has_value())) {
     p("angle", angle, "degrees", "turn of the box about its middle", base::within(-360, 360));
-    if (p.when(p.vector_size() == 3)) p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip", "[0, 0, 1]");
+    if (p.when(p.vector_size() == 3))
+      p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip", "[0, 0, 1]");
     p.require(!axis || axis->norm() > 1e-9, "axis", "must not be zero");
     p.require(!axis || angle != 0, "axis", "turns nothing without an angle");
     turn_by(angle, axis.value_or(base::Vec3::UnitZ()));
@@ -158,7 +166,8 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
     mesh = made;
     p.require(!made.file.empty(), "mesh", "needs a file");
   }
-  p.require(box.has_value() + sphere.has_value() + mesh.has_value() == 1, "", may_be_mesh ? "needs exactly one of box, sphere and mesh" : "needs exactly one of box and sphere");
+  p.require(box.has_value() + sphere.has_value() + mesh.has_value() == 1, "",
+            may_be_mesh ? "needs exactly one of box, sphere and mesh" : "needs exactly one of box and sphere");
   if (box) p.require((box->size().head(p.vector_size()).array() > 0).all(), "box", "the second corner must be above the first in every axis");
 }
 
@@ -217,7 +226,9 @@ base::Box Shape::bounds() const {
     return {middle - reach, middle + reach};
   }
   if (box) return *box;
-  if (mesh) return mesh->solid ? base::Box{mesh->solid->bounds().lower + mesh->shift, mesh->solid->bounds().upper + mesh->shift} : base::Box{mesh->shift, mesh->shift};
+  if (mesh)
+    return mesh->solid ? base::Box{mesh->solid->bounds().lower + mesh->shift, mesh->solid->bounds().upper + mesh->shift}
+                       : base::Box{mesh->shift, mesh->shift};
   const base::Vec3 r = base::Vec3::Constant(sphere->radius);
   return {sphere->center - r, sphere->center + r};
 }
@@ -229,11 +240,12 @@ void Body::params(base::Params& p) {
                        : is_solid                            ? material_presets()
                                                              : std::span<const std::string_view>(kMaterialNames).first(1);
   if (is_solid) material = material_presets().front();
-  p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"", [&](base::Params& q) {
-    if (is_solid) solid = preset_material(material);
-    if (q.when(!is_solid)) q("density", density, "kg/m^3", "mass per volume", base::above(0));
-    if (q.when(is_solid)) solid.params(q);
-  });
+  p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"",
+                    [&](base::Params& q) {
+                      if (is_solid) solid = preset_material(material);
+                      if (q.when(!is_solid)) q("density", density, "kg/m^3", "mass per volume", base::above(0));
+                      if (q.when(is_solid)) solid.params(q);
+                    });
   p("velocity", velocity, "m/s", "velocity at the first frame");
   if (p.when(is_solid)) {
     if (p.vector_size() == 3) p("spin", spin, "rad/s", "turning at the first frame, about the body's middle");
@@ -283,19 +295,21 @@ void Options::params(base::Params& p) {
     const std::size_t first = fluid ? 0 : 1, count = (solid ? kSides.size() : 3) - first;
     for (int a = 0; a < 3; ++a)
       for (std::size_t side = 0; side < 2 && q.when(a < dimension); ++side)
-        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], std::span(kSideNames).subspan(first, count), std::span<const Side>(kSides).subspan(first, count),
+        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], std::span(kSideNames).subspan(first, count),
+                 std::span<const Side>(kSides).subspan(first, count),
                  "a wall (liquids slip along it), one with the side across, or open: liquids flow out into air");
     if (q.when(is_solid())) q("friction", wall_friction, "1", "Coulomb's coefficient of friction of separating sides", base::at_least(0));
   });
-  p("particles_per_cell", particles_per_cell, "1", "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset",
-    base::within(1, 64));
+  p("particles_per_cell", particles_per_cell, "1",
+    "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset", base::within(1, 64));
   p.choice("transfer", transfer, kTransferNames, "what a particle carries between grid and grid");
   p.choice("kernel", kernel, kKernelNames, "interpolation between particles and grid");
   p.count_or_name({"modes", "1", "polynomial modes a particle carries, with transfer = \"polypic\": a prefix count or a named set",
                    {}, kModeSetNames, "full"}, modes);
   p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step", base::within(0.05, 4));
-  if (p.when(is_solid())) p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
-                            base::within(0.01, 0.5));
+  if (p.when(is_solid()))
+    p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
+      base::within(0.01, 0.5));
   p("seed", seed, "1", "seed of the particles' jitter", base::at_least(0));
   p.choice("seeding", seeding, kSeedingNames, "where particles start within a cell");
   p("flip_time", flip_time, "s", "time constant of the decay to PIC, with transfer = \"flip\"", base::above(0),
@@ -309,11 +323,14 @@ void Options::params(base::Params& p) {
     bool endless = true;
     for (int a = 0; a < dimension; ++a) endless = endless && periodic(a);
     if (endless) volume_correction = 0;
-    p("volume_correction", volume_correction, "1", "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; 0: none, as when unset and all sides are periodic",
+    p("volume_correction", volume_correction, "1",
+      "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; "
+      "0: none, as when unset and all sides are periodic",
       base::within(0, 1));
   }
   p.choice("carry", carry, kCarryNames,
-           "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, or that only beside light faces");
+           "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, "
+           "or that only beside light faces");
   p.table("write", "what particles carry in the points files beside place, velocity and id", [&](base::Params& q) { write.params(q, is_solid()); });
   p("audit", audit, "sums the energy that each pass of a step adds or takes: energy_changes of every frame in run.json. Changes no result");
 

@@ -62,7 +62,8 @@ GridInfo describe(const openvdb::GridBase& grid) {
 
 bool holds_points(const std::filesystem::path& path) {
   const files::Contents contents = files::read(path);
-  return std::any_of(contents.grids.begin(), contents.grids.end(), [](const auto& grid) { return grid->template isType<openvdb::points::PointDataGrid>(); });
+  return std::any_of(contents.grids.begin(), contents.grids.end(),
+                     [](const auto& grid) { return grid->template isType<openvdb::points::PointDataGrid>(); });
 }
 
 std::vector<GridInfo> info(const std::filesystem::path& path) {

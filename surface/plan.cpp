@@ -17,7 +17,10 @@ std::span<const base::PassRow> pass_rows() {
 
 std::span<const base::EffectRow<Task>> effect_rows() {
   static const std::vector<base::EffectRow<Task>> rows = {
-      {"level set", {"sim.dimension", "surface.voxel", "surface.radius"}, [](const Task& t) { return t.dimension == 3; }, {"rasterize", "rebuild", "write_surface"}},
+      {"level set",
+       {"sim.dimension", "surface.voxel", "surface.radius"},
+       [](const Task& t) { return t.dimension == 3; },
+       {"rasterize", "rebuild", "write_surface"}},
       {"velocity grid", {"surface.vel_name"}, [](const Task& t) { return t.dimension == 3; }, {"velocity"}},
       {"smoothing", {"surface.smooth"}, [](const Task& t) { return t.dimension == 3 && t.options.smooth > 0; }, {"smooth"}},
       {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }, {"rasterize<solids"}},

@@ -35,14 +35,16 @@ struct Scalar {
   const char* name;
   std::vector<float> sim::Frame::* values;
 };
-constexpr std::array<Scalar, 3> kScalars = {{{"pressure", &sim::Frame::pressure}, {"strain", &sim::Frame::strain}, {"mode_energy", &sim::Frame::mode_energy}}};
+constexpr std::array<Scalar, 3> kScalars = {
+    {{"pressure", &sim::Frame::pressure}, {"strain", &sim::Frame::strain}, {"mode_energy", &sim::Frame::mode_energy}}};
 
 /// [m] power of two next to the edge of a cell with eight particles.
 double point_voxel(const sim::Frame& frame) { return frame.pscale > 0 ? std::exp2(std::round(std::log2(3.2 * frame.pscale))) : 1.0 / 32; }
 
 void check(const std::filesystem::path& path, const sim::Frame& frame, double voxel) {
   const std::size_t n = frame.position.size();
-  if (frame.velocity.size() != n || frame.id.size() != n || (!frame.body.empty() && frame.body.size() != n)) throw std::logic_error("frame arrays differ in length");
+  if (frame.velocity.size() != n || frame.id.size() != n || (!frame.body.empty() && frame.body.size() != n))
+    throw std::logic_error("frame arrays differ in length");
   const float reach = static_cast<float>(voxel * (1 << 30));
   for (std::size_t i = 0; i < n; ++i)
     if (!frame.velocity[i].allFinite() || !frame.position[i].allFinite() || frame.position[i].cwiseAbs().maxCoeff() > reach)
@@ -179,7 +181,8 @@ void gather(const std::filesystem::path& path, const Leaf& leaf, const openvdb::
   for (const Scalar& scalar : kScalars) {
     const std::size_t has = leaf.attributeSet().find(scalar.name);
     if (has == openvdb::points::AttributeSet::INVALID_POS) continue;
-    if (!leaf.constAttributeArray(has).isType<ScaleArray>()) base::throw_input(path.string(), std::string("attribute ") + scalar.name + " has another type than expected");
+    if (!leaf.constAttributeArray(has).isType<ScaleArray>())
+      base::throw_input(path.string(), std::string("attribute ") + scalar.name + " has another type than expected");
     const openvdb::points::AttributeHandle<float> value(leaf.constAttributeArray(has));
     for (auto point = leaf.beginIndexOn(); point; ++point) (frame.*scalar.values).push_back(value.get(*point));
   }

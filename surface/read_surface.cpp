@@ -74,7 +74,9 @@ Mesh mesh_of(const files::Contents& contents, const std::string& name, const std
   return result;
 }
 
-std::int64_t bytes_of(const Mesh& mesh) { return static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(Vec3f) + mesh.quads.size() * sizeof(mesh.quads[0])); }
+std::int64_t bytes_of(const Mesh& mesh) {
+  return static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(Vec3f) + mesh.quads.size() * sizeof(mesh.quads[0]));
+}
 
 }  // namespace
 
@@ -85,7 +87,8 @@ Mesh read_surface(const std::filesystem::path& path, const Options& options, bas
   return mesh;
 }
 
-std::vector<Mesh> read_surfaces(const std::filesystem::path& path, const Options& options, const std::vector<std::string>& bodies, base::Ledger& ledger) {
+std::vector<Mesh> read_surfaces(const std::filesystem::path& path, const Options& options, const std::vector<std::string>& bodies,
+                                base::Ledger& ledger) {
   auto timer = ledger.pass("mesh");
   const files::Contents contents = files::read(path);
   std::vector<Mesh> meshes(bodies.size());

@@ -51,6 +51,17 @@ std::string refusal(const std::vector<std::string>& words) {
 TEST_F(CommandLine, TakesNoDirectoryForAShot) { expect_refusal({"run", "."}, 2, {".: is a directory"}); }
 TEST_F(CommandLine, NamesAShotThatIsMissing) { expect_refusal({"run", "shots/none.toml"}, 2, {"shots/none.toml: no such file"}); }
 
+TEST_F(CommandLine, GuessesTheFileOfAShotByItsName) {
+  write("mine.toml", kSmallShot);
+  for (const std::string name : {"mine", "mine.tml"}) expect_refusal({"run", name}, 2, {name + ": no such file", "(did you mean mine.toml?)\n"});
+}
+
+TEST_F(CommandLine, NamesTheEntriesThereAreForOneThatIsNot) {
+  write("x.toml", kSmallShot);
+  expect_refusal({"run", "x.toml", "--set", "body.nobody.density=1"}, 2, {"body.nobody: no such entry (there is column)\n"});
+  expect_refusal({"run", "x.toml", "--set", "body.colum.density=1"}, 2, {"body.colum: no such entry (did you mean body.column?)\n"});
+}
+
 TEST_F(CommandLine, GivesThePlaceOfASyntaxError) {
   write_changed("fps = 24", "fps = = 24");
   expect_refusal({"run", "x.toml"}, 2, {"x.toml:4:"});
@@ -104,7 +115,8 @@ TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
 
 TEST_F(CommandLine, RefusesAFrameRateThatNoMovieHas) {
   write("x.toml", kSmallShot);
-  expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2, {"--set shot.fps=1e300: shot.fps = 1e+300 1/s: must be above 0 and at most 1000000"});
+  expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2,
+                 {"--set shot.fps=1e300: shot.fps = 1e+300 1/s: must be above 0 and at most 1000000"});
 }
 
 TEST_F(CommandLine, RefusesAnUnknownRung) {
@@ -138,23 +150,32 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"rum", "x.toml"}, "rum: no such command (did you mean run?)"},
       {{"--fast"}, "--fast: not an option of polypic"},
       {{"run"}, "SHOT is required (see polypic run --help)"},
-      {{"run", "x.toml", "y.toml"}, "y.toml: not an option of polypic run"},
+      {{"run", "x.toml", "y.toml"}, "y.toml: is one word too many for polypic run (see polypic run --help)"},
       {{"simulate", "x.toml", "--preview"}, "--preview: not an option of polypic simulate"},
       {{"list", "--out", "x"}, "--out: not an option of polypic list"},
       {{"run", "x.toml", "--out"}, "--out: needs one value"},
       {{"run", "x.toml", "--threads", "1", "--threads", "2"}, "--threads: needs one value"},
       {{"run", "x.toml", "--out", ""}, "--out: needs the name of a directory"},
       {{"diff", "a.png", "b.png", "--out", "d.jpg"}, "--out d.jpg: must end in .png"},
+      {{"run", "x.toml", "--frames", "5-2"}, "--frames 5-2: ends before it begins (did you mean 2-5?)"},
+      {{"cost", "p", "--single", "--vary", "sim.cell=1"}, "--vary: has no effect with --single: the problem runs once, as --set makes it"},
+      {{"cost", "p", "--single", "--repeats", "3"}, "--repeats: has no effect with --single"},
+      {{"cost", "p", "--single", "--frames", "1-3"}, "--frames: has no effect with --single"},
+      {{"cost", "p", "--single", "--out", "x"}, "--out: has no effect with --single"},
+      {{"cost", "p", "--single", "--dry-run"}, "--dry-run: has no effect with --single"},
+      {{"params", "sim", "--example"}, "sim: has no effect with --example: it is a complete shot"},
+      {{"cost", "p", "--dry-run", "--json"}, "--json: has no effect with --dry-run: nothing is measured"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);
-  for (const std::string range : {"0", "0-2", "3-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})
+  for (const std::string range : {"0", "0-2", "two", "1-", "-2", "1-9999999", "1-2-3", " 1"})
     EXPECT_EQ(refusal({"run", "x.toml", "--frames=" + range}), "--frames " + range + ": must be A or A-B, counted from 1");
   for (const std::string threads : {"0", "-1", "many", "2.5", "5000"})
     EXPECT_EQ(refusal({"run", "x.toml", "--threads=" + threads}), "--threads " + threads + ": must be a whole number from 1 to 4096");
 }
 
 TEST(Options, AreReadInAnyOrder) {
-  const app::Request request = parse({"run", "--set", "sim.cell=[1,2]", "x.toml", "--frames", "3-12", "--set=a=b c", "--threads", "2", "--quality", "draft", "--restart"});
+  const app::Request request =
+      parse({"run", "--set", "sim.cell=[1,2]", "x.toml", "--frames", "3-12", "--set=a=b c", "--threads", "2", "--quality", "draft", "--restart"});
   EXPECT_EQ(request.command, "run");
   EXPECT_EQ(request.subject, "x.toml");
   EXPECT_EQ(request.overrides.sets, (std::vector<std::string>{"sim.cell=[1,2]", "a=b c"}));
@@ -175,7 +196,8 @@ TEST_F(CommandLine, RefusesFilesItCannotRead) {
   write("torn.json", "{\"schema\":");
   write("other.json", "{\"schema\": 1}");
   expect_refusal({"info", "none.vdb"}, 2, {"none.vdb: No such file"});
-  expect_refusal({"info", "."}, 2, {".: Is a directory"});
+  expect_refusal({"info", "."}, 2, {".: Is a directory\n"});
+  expect_refusal({"sheet", "none"}, 2, {"none: no such run or picture\n"});
   for (const std::string name : {"note.txt", "torn.vdb", "torn.exr", "torn.json", "other.json"}) expect_refusal({"info", name}, 2, {name + ": "});
 }
 

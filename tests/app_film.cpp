@@ -11,7 +11,8 @@ class Film : public FilmTest {
   /// "WIDTH,HEIGHT,FRAMES" of a movie, as decoded.
   std::string movie(const std::string& name) const {
     const std::string list = (folder / "movie.txt").string();
-    const std::string command = "ffprobe -v error -count_frames -show_entries stream=width,height,nb_read_frames -of csv=p=0 '" + (folder / name).string() + "' >'" + list + "'";
+    const std::string command = "ffprobe -v error -count_frames -show_entries stream=width,height,nb_read_frames -of csv=p=0 '" +
+                                (folder / name).string() + "' >'" + list + "'";
     EXPECT_EQ(std::system(command.c_str()), 0);
     return text_of(list);
   }
@@ -225,5 +226,6 @@ TEST_F(Film, InfoSaysWhatIsInEveryKindOfFile) {
   EXPECT_EQ(image.at("image").at("metadata").at("polypic:shot"), "x");
   EXPECT_EQ(info("run.json").at("kind"), "run");
   EXPECT_EQ(info("ledger/surface.0002.json").at("kind"), "record");
-  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0002.png", "run.json"}) EXPECT_NE(run_well({"info", "out/x/" + name}).out, "");
+  for (const std::string name : {"points/points.0002.vdb", "images/beauty.0002.png", "run.json"})
+    EXPECT_NE(run_well({"info", "out/x/" + name}).out, "");
 }

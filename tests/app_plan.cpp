@@ -59,12 +59,15 @@ class PlanCommand : public ProgramTest {
 TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
   const Outcome outcome = run({"plan", "x.toml"});
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
-  for (const char* line : {"\nsimulate +liquid +sim\\.solver +\"fluid\"\n|^simulate +liquid +sim\\.solver +\"fluid\"\n", "\n +polypic +sim\\.transfer +\"polypic\"\n", "\n +gravity +effect\\.1\\.kind +\"gravity\"\n",
-                           "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
-                           "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b", "\nparticles +[0-9]+, each 172 B: cell 12, offset 12, id 8, coefficients 96, order 44\n",
-                           "\nsimulate +sort p2g sums forces pressure extrapolate volume g2p advect collide watch write_points checkpoint\n", "\nsurface +rasterize rebuild smooth velocity write_surface\n",
-                           "\nrender +mesh bvh trace write_image\n", "\nCPU +[0-9.]+ .* for 2 frames; a frame: render ", "\nmemory +[0-9.]+ MB\n", "\ndisk +[0-9.]+ [kM]B: ",
-                           "measured on this machine in .*earlier predictions were off by nothing yet"})
+  for (const char* line :
+       {"\nsimulate +liquid +sim\\.solver +\"fluid\"\n|^simulate +liquid +sim\\.solver +\"fluid\"\n", "\n +polypic +sim\\.transfer +\"polypic\"\n",
+        "\n +gravity +effect\\.1\\.kind +\"gravity\"\n", "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
+        "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b",
+        "\nparticles +[0-9]+, each 172 B: cell 12, offset 12, id 8, coefficients 96, order 44\n",
+        "\nsimulate +sort p2g sums forces pressure extrapolate volume g2p advect collide watch write_points checkpoint\n",
+        "\nsurface +rasterize rebuild smooth velocity write_surface\n", "\nrender +mesh bvh trace write_image\n",
+        "\nCPU +[0-9.]+ .* for 2 frames; a frame: render ", "\nmemory +[0-9.]+ MB\n",
+        "\ndisk +[0-9.]+ [kM]B: ", "measured on this machine in .*earlier predictions were off by nothing yet"})
     EXPECT_TRUE(has(outcome.out, line)) << line << "\n" << outcome.out;
   EXPECT_FALSE(has(outcome.out, "\noff:.*\\bgravity\\b"));
   EXPECT_EQ(files(), std::vector<std::string>{"x.toml"}) << "a plan leaves nothing where it is made";
@@ -72,7 +75,8 @@ TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
 
 TEST_F(PlanCommand, TellsAProgramTheSame) {
   const Json plan = json_of({"plan", "x.toml", "--frames", "1-2"});
-  EXPECT_EQ(keys_of(plan), (std::set<std::string>{"schema", "shot", "effects", "attributes", "bytes_per_particle", "passes", "particles", "cells", "frames", "predicted"}));
+  EXPECT_EQ(keys_of(plan), (std::set<std::string>{"schema", "shot", "effects", "attributes", "bytes_per_particle", "passes", "particles", "cells",
+                                                  "frames", "predicted"}));
   EXPECT_EQ(plan["schema"], 1);
   EXPECT_EQ(plan["frames"], (Json{1, 2}));
   EXPECT_EQ(plan["cells"], 20 * 10 * 10);
@@ -110,14 +114,16 @@ TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   EXPECT_EQ(again.err, "") << "other sizes need no new measurement";
   const Outcome told = run({"run", "x.toml"});
   EXPECT_TRUE(has(told.out, "\nplan +liquid, linear kernel, 8 modes; off: .*; 172 B a particle, .* of CPU, [0-9.]+ MB\n")) << told.out;
-  EXPECT_TRUE(has(run({"plan", "x.toml"}).out, "earlier predictions were off by CPU [0-9]+ %, memory [0-9]+ %, disk [0-9]+ % \\(median of 1 run\\)\n"));
+  EXPECT_TRUE(
+      has(run({"plan", "x.toml"}).out, "earlier predictions were off by CPU [0-9]+ %, memory [0-9]+ %, disk [0-9]+ % \\(median of 1 run\\)\n"));
 }
 
 TEST_F(PlanCommand, DrawsThePasses) {
   ASSERT_EQ(run({"plan", "x.toml", "--graph", "passes.svg"}).exit, 0);
   const std::string picture = text_of(folder / "passes.svg");
   EXPECT_TRUE(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
-  for (const std::string name : {"sort", "p2g", "pressure", "g2p", "rasterize", "trace", "surface file", "particles"}) EXPECT_NE(picture.find(">" + name + "</text>"), std::string::npos) << name;
+  for (const std::string name : {"sort", "p2g", "pressure", "g2p", "rasterize", "trace", "surface file", "particles"})
+    EXPECT_NE(picture.find(">" + name + "</text>"), std::string::npos) << name;
   for (const std::string name : {"solids", "set", "denoise", "carry"}) EXPECT_EQ(picture.find(">" + name + "</text>"), std::string::npos) << name;
   EXPECT_EQ(run({"plan", "x.toml", "--graph", "none/passes.svg"}).exit, 5);
 }
@@ -127,7 +133,9 @@ TEST_F(PlanCommand, RefusesWhatCannotFitBeforeItStarts) {
     const Outcome outcome = run({command, "x.toml", "--set", "sim.cell=0.0005"});
     EXPECT_EQ(outcome.exit, 2) << command;
     EXPECT_EQ(outcome.complaints(), 1) << outcome.err;
-    EXPECT_TRUE(has(outcome.err, "^polypic: x\\.toml: sim\\.cell = 0\\.0005 m: needs [0-9]+ GB of memory, and there are [0-9.]+ GB \\([0-9.]+ m would fit\\)\n$")) << outcome.err;
+    EXPECT_TRUE(has(outcome.err,
+                    "^polypic: x\\.toml: sim\\.cell = 0\\.0005 m: needs [0-9]+ GB of memory, and there are [0-9.]+ GB \\([0-9.]+ m would fit\\)\n$"))
+        << outcome.err;
   }
   const Outcome wide = run({"run", "x.toml", "--set", "render.width=16384", "--set", "render.height=16384", "--frames", "1-900000"});
   EXPECT_EQ(wide.exit, 2);
@@ -144,7 +152,8 @@ TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
   const EmbreeCalls dry = embree_calls({"run", "dry.toml"}), drawn = embree_calls({"run", "x.toml"});
   EXPECT_EQ(dry.devices, 0);
   EXPECT_EQ(drawn.devices, 1);
-  for (const char* made : {"points/points.0002.vdb", "surface/surface.0002.vdb", "run.json"}) EXPECT_TRUE(std::filesystem::exists(folder / "out/dry" / made)) << made;
+  for (const char* made : {"points/points.0002.vdb", "surface/surface.0002.vdb", "run.json"})
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/dry" / made)) << made;
   for (const char* none : {"images", "movie.mp4", "preview"}) EXPECT_FALSE(std::filesystem::exists(folder / "out/dry" / none)) << none;
   const Json run_json = Json::parse(text_of(folder / "out/dry/run.json"));
   EXPECT_EQ(keys_of(run_json["hashes"]), (std::set<std::string>{"simulate", "surface"}));
@@ -154,12 +163,15 @@ TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
   EXPECT_TRUE(told.out.starts_with("no pictures: the shot has no [render]\n")) << told.out;
   const Outcome refused = run({"render", "dry.toml"});
   EXPECT_EQ(refused.exit, 2);
-  EXPECT_EQ(refused.err, "polypic: dry.toml: render: the shot asks for no pictures (add [render], or --set render.width=960; --preview draws the points)\n");
+  EXPECT_EQ(refused.err,
+            "polypic: dry.toml: render: the shot asks for no pictures (add [render], or --set render.width=960; --preview draws the points)\n");
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--preview"}).devices, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/dry/preview/preview.0002.png"));
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--set", "render.width=64", "--set", "render.spp=1"}).devices, 1);   // asked for after all
 
-  write("flat.toml", "[shot]\nframes = 2\n[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.1\n[[body]]\nname = \"b\"\nshape = { box = [[0, 0], [0.5, 0.5]] }\n");
+  write("flat.toml",
+        "[shot]\nframes = 2\n[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.1\n[[body]]\nname = \"b\"\nshape = { box = [[0, 0], [0.5, "
+        "0.5]] }\n");
   EXPECT_EQ(embree_calls({"run", "flat.toml"}).devices, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/flat/points/points.0002.vdb"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out/flat/images"));
@@ -167,7 +179,8 @@ TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
 
 TEST_F(PlanCommand, AStaticColliderIsBuiltOnce) {
   write("solids.toml", kTankOnly + kBall + kPost + "[render]\nwidth = 32\nheight = 16\nspp = 1\n");
-  const int one = embree_calls({"run", "solids.toml", "--frames", "1", "--out", "one"}).geometries, four = embree_calls({"run", "solids.toml", "--frames", "1-4", "--out", "four"}).geometries;
+  const int one = embree_calls({"run", "solids.toml", "--frames", "1", "--out", "one"}).geometries,
+            four = embree_calls({"run", "solids.toml", "--frames", "1-4", "--out", "four"}).geometries;
   EXPECT_EQ(one, 1 + 2);           // the liquid, the ball and the post
   EXPECT_EQ(four, 4 * 1 + 2);
 }

@@ -39,12 +39,16 @@ class Sheet : public ProgramTest {
 TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
   write("shot.toml", kShot);
   for (const std::string transfer : {"pic", "polypic"})
-    ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", transfer, "--set", "sim.transfer=" + transfer, "--frames", transfer == "pic" ? "1-3" : "1-2"}).exit, 0);
+    ASSERT_EQ(
+        run({"run", "shot.toml", "--quiet", "--out", transfer, "--set", "sim.transfer=" + transfer, "--frames", transfer == "pic" ? "1-3" : "1-2"})
+            .exit,
+        0);
   const Outcome outcome = run({"sheet", "pic", "polypic/", "--out", "both.png", "--json"});
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
   const auto told = nlohmann::json::parse(outcome.out);
   EXPECT_TRUE(told.at("labels")[0].get<std::string>().starts_with("pic  PIC linear  frame 2  t = 0.042 s  ")) << told;
-  EXPECT_TRUE(told.at("labels")[1].get<std::string>().starts_with("polypic  PolyPIC full linear  frame 2  t = 0.042 s  ")) << "the last frame that both have: " << told;
+  EXPECT_TRUE(told.at("labels")[1].get<std::string>().starts_with("polypic  PolyPIC full linear  frame 2  t = 0.042 s  "))
+      << "the last frame that both have: " << told;
   const render::Image sheet = render::read_image(folder / "both.png"), picture = render::read_image(folder / "pic/images/beauty.0002.png");
   EXPECT_EQ(sheet.width, told.at("width"));
   std::size_t shown = 0;   // the first picture stands somewhere as it is
@@ -52,7 +56,8 @@ TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
     for (std::int64_t x = 0; x < 8 && !shown; ++x) {
       bool same = true;
       for (std::int64_t j = 0; j < picture.height && same; ++j)
-        same = std::equal(&picture.pixels[static_cast<std::size_t>(j * picture.width * 3)], &picture.pixels[static_cast<std::size_t>(j * picture.width * 3)] + picture.width * 3,
+        same = std::equal(&picture.pixels[static_cast<std::size_t>(j * picture.width * 3)],
+                          &picture.pixels[static_cast<std::size_t>(j * picture.width * 3)] + picture.width * 3,
                           &sheet.pixels[static_cast<std::size_t>(((y + j) * sheet.width + x) * 3)]);
       shown = same;
     }

@@ -109,7 +109,9 @@ TEST_F(RunFolder, RecordKeepsTheTotalsOfASimulation) {
   const app::Folder folder(root);
   write(folder.points(3), "points");
   app::Record r = record(Stage::simulate, "a");
-  r.totals = sim::Totals{.time = 0.1, .substeps = 4, .particles = 9, .mass = 1 / 3.0, .elastic_energy = 0.5, .linear_momentum = {1, -2, 1e-300}, .state_hash = 0xfedcba9876543210u, .imbalance = 0.125, .volume_drift = -0.25, .retries = 2, .least_volume = 0.5, .most_volume = 1.5};
+  r.totals = sim::Totals{.time = 0.1, .substeps = 4, .particles = 9, .mass = 1 / 3.0, .elastic_energy = 0.5, .linear_momentum = {1, -2, 1e-300},
+                         .state_hash = 0xfedcba9876543210u, .imbalance = 0.125, .volume_drift = -0.25, .retries = 2, .least_volume = 0.5,
+                         .most_volume = 1.5};
   app::write_record(folder, 3, r);
   const auto back = app::finished_record(folder, 3, Stage::simulate, 3, "a");
   ASSERT_TRUE(back && back->totals);
@@ -128,7 +130,8 @@ TEST_F(RunFolder, NumbersThatAreNotFiniteAreNeverWritten) {
   const app::Folder folder(root);
   write(folder.points(3), "points");
   app::Record r = record(Stage::simulate, "a");
-  r.totals = sim::Totals{.kinetic_energy = std::numeric_limits<double>::quiet_NaN(), .elastic_energy = {}, .imbalance = {}, .volume_drift = {}, .least_volume = {}, .most_volume = {}};
+  r.totals = sim::Totals{.kinetic_energy = std::numeric_limits<double>::quiet_NaN(), .elastic_energy = {}, .imbalance = {}, .volume_drift = {},
+                         .least_volume = {}, .most_volume = {}};
   EXPECT_THROW(app::write_record(folder, 3, r), std::logic_error);
   EXPECT_FALSE(fs::exists(folder.record(Stage::simulate, 3)));
 }
@@ -136,9 +139,10 @@ TEST_F(RunFolder, NumbersThatAreNotFiniteAreNeverWritten) {
 TEST_F(RunFolder, RemovesItsOwnFilesAndNoOther) {
   const app::Folder folder(root);
   const std::vector<fs::path> own = {folder.points(1), folder.points(12345), folder.record(Stage::simulate, 1), folder.checkpoint(10)};
-  const std::vector<fs::path> others = {root / "points/points.1.vdb",  root / "points/points.0001.vdb.bak", root / "points/mypoints.0001.vdb",
-                                        root / "points/points.000a.vdb", root / "ledger/simulate.0001.txt", root / "notes.txt", root / "checkpoint/state.0010.h5.bad",
-                                        folder.surface(1),               folder.record(Stage::surface, 1),  folder.movie(Stage::render)};
+  const std::vector<fs::path> others = {root / "points/points.1.vdb", root / "points/points.0001.vdb.bak", root / "points/mypoints.0001.vdb",
+                                        root / "points/points.000a.vdb", root / "ledger/simulate.0001.txt", root / "notes.txt",
+                                        root / "checkpoint/state.0010.h5.bad", folder.surface(1), folder.record(Stage::surface, 1),
+                                        folder.movie(Stage::render)};
   for (const auto& list : {own, others})
     for (const fs::path& file : list) write(file, "x");
   folder.remove_files(Stage::simulate);
@@ -236,6 +240,7 @@ TEST(Progress, WritesOneLineAFrameWhereThereIsNoTerminal) {
 }
 
 TEST(Progress, DurationsReadAsPeopleSayThem) {
-  for (const auto& [seconds, text] : {std::pair{0.004, "0.00 s"}, {0.42, "0.42 s"}, {9.94, "9.9 s"}, {12.0, "12 s"}, {246.0, "4.1 min"}, {5760.0, "96.0 min"}, {7200.0, "2.0 h"}})
+  for (const auto& [seconds, text] :
+       {std::pair{0.004, "0.00 s"}, {0.42, "0.42 s"}, {9.94, "9.9 s"}, {12.0, "12 s"}, {246.0, "4.1 min"}, {5760.0, "96.0 min"}, {7200.0, "2.0 h"}})
     EXPECT_EQ(base::duration_text(seconds), text);
 }

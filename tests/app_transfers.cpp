@@ -10,10 +10,12 @@ class Transfers : public FilmTest {
  protected:
   /// A column that leans on a wall: 4320 particles in space, 1440 in the plane. Two frames a twelfth of a second apart: some sub-steps.
   static std::string shot(int dimension, const std::string& transfer) {
-    const std::string space = "domain = [[0, 0, 0], [0.6, 0.3, 0.3]]\ncell = 0.03\n", plane = "dimension = 2\ndomain = [[0, 0], [0.6, 0.3]]\ncell = 0.01\n";
+    const std::string space = "domain = [[0, 0, 0], [0.6, 0.3, 0.3]]\ncell = 0.03\n",
+                      plane = "dimension = 2\ndomain = [[0, 0], [0.6, 0.3]]\ncell = 0.01\n";
     const std::string box = dimension == 3 ? "[[0, 0, 0], [0.27, 0.3, 0.18]]" : "[[0, 0], [0.2, 0.18]]";
-    return "[shot]\nframes = 2\nfps = 12\n[sim]\n" + (dimension == 3 ? space : plane) + transfer + "\n[[body]]\nname = \"column\"\nshape = { box = " + box +
-           " }\n[[effect]]\nkind = \"gravity\"\n[render]\nwidth = 160\nheight = 90\n" + (dimension == 3 ? "spp = 1\n" : "");
+    return "[shot]\nframes = 2\nfps = 12\n[sim]\n" + (dimension == 3 ? space : plane) + transfer +
+           "\n[[body]]\nname = \"column\"\nshape = { box = " + box + " }\n[[effect]]\nkind = \"gravity\"\n[render]\nwidth = 160\nheight = 90\n" +
+           (dimension == 3 ? "spp = 1\n" : "");
   }
   /// Makes one film and returns what the ledger says of its last frame.
   Json film(int dimension, const std::string& transfer, const std::string& out) const {
@@ -21,7 +23,8 @@ class Transfers : public FilmTest {
     run_well({"run", "x.toml", "--quiet", "--out", out});
     const Json run = run_json(out);
     EXPECT_EQ(run.at("frames").size(), 2u);
-    for (const char* name : {"movie.mp4", "images/beauty.0002.png", "points/points.0002.vdb"}) EXPECT_TRUE(std::filesystem::exists(folder / out / name)) << name;
+    for (const char* name : {"movie.mp4", "images/beauty.0002.png", "points/points.0002.vdb"})
+      EXPECT_TRUE(std::filesystem::exists(folder / out / name)) << name;
     const Json start = run.at("frames").at(0), end = Json::parse(text_of(folder / out / "ledger/simulate.0002.json"));
     const auto energy = [](const Json& f) { return f.at("kinetic_energy").get<double>() + f.at("potential_energy").get<double>(); };
     EXPECT_GE(end.at("substeps"), 2);

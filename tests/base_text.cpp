@@ -36,6 +36,18 @@ TEST(Number, ReadsBackAsTheSameDouble) {
   for (const double v : {1.0 / 3, 1e-300, 6.02214076e23, -9.81, 1e15, 0.1 + 0.2, 123456789012345680000.0}) EXPECT_EQ(std::stod(base::to_text(v)), v);
 }
 
+TEST(Number, IsRoundedUpToTheEndOfAScale) {
+  for (const auto& [value, end] : {std::pair{1.0, 1.0}, {1.01, 2.0}, {2.5, 5.0}, {5.1, 10.0}, {0.03, 0.05}, {700.0, 1000.0}, {0.1 + 0.1, 0.2}})
+    EXPECT_DOUBLE_EQ(base::round_up(value), end) << value;
+  EXPECT_DOUBLE_EQ(base::round_up(std::nextafter(2.0, 3.0)), 2.0);
+}
+
+TEST(Count, HasAnSUnlessItIsOne) {
+  EXPECT_EQ(base::count_of(0, "frame"), "0 frames");
+  EXPECT_EQ(base::count_of(1u, "frame"), "1 frame");
+  EXPECT_EQ(base::count_of(12, "frame"), "12 frames");
+}
+
 TEST(EditDistance, CountsInsertedDeletedReplacedAndSwappedLetters) {
   EXPECT_EQ(base::edit_distance("cell", "cell"), 0u);
   EXPECT_EQ(base::edit_distance("cel", "cell"), 1u);

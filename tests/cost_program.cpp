@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
 #include "tests/run_program.h"
@@ -14,6 +15,10 @@ using Json = nlohmann::json;
 
 class CostProgram : public ProgramTest {
  protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    ::setenv("XDG_CACHE_HOME", (log / "cache").c_str(), 1);   // what it keeps of shots is forgotten
+  }
   /// Words as a shell takes them, without quotes.
   Outcome cost(const std::string& line) const {
     std::vector<std::string> words;
@@ -24,7 +29,7 @@ class CostProgram : public ProgramTest {
   Json study() const { return Json::parse(text_of(folder / "study/cost.json")); }
 };
 
-const std::string kQuick = "cost taylor_green_2d --repeats 2 --set problem.time=0.2 --set sim.cell=0.0625 ";
+const std::string kProblem = "cost taylor_green_2d --set problem.time=0.2 --set sim.cell=0.0625 ", kQuick = kProblem + "--repeats 2 ";
 
 TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
   const Outcome first = cost(kQuick + "--vary sim.transfer=apic,polypic --out study");
@@ -54,14 +59,14 @@ TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
 }
 
 TEST_F(CostProgram, MarksWhatCannotRunGoesOnAndSaysNo) {
-  const Outcome made = cost(kQuick + "--vary sim.kernel=linear,quadratic --vary sim.modes=4,9 --out study");
+  const Outcome made = cost(kProblem + "--repeats 1 --vary sim.kernel=linear,quadratic --vary sim.modes=4,9 --out study");
   EXPECT_EQ(made.exit, 6) << made.err;
   const Json json = study();
   ASSERT_EQ(json.at("variants").size(), 4u);
   int failed = 0;
   for (const Json& v : json.at("variants")) {
     if (!v.contains("failure")) {
-      EXPECT_EQ(v.at("seconds").size(), 2u);
+      EXPECT_EQ(v.at("seconds").size(), 1u);
       continue;
     }
     ++failed;
@@ -83,6 +88,8 @@ TEST_F(CostProgram, RefusesMistakesInOneLine) {
         {"--set problem.foo=8", "polypic: --set problem.foo=8: problem.foo: unknown key (there is problem.waves, problem.mean, problem.time)\n"},
         {"--single --set problem.waves=32",
          "polypic: taylor_green_2d: problem.waves = 32: a wavelength has 2 cells of sim.cell = 0.01562 m, and needs 4\n"},
+        {"--vary sim.cell=0.0625 --set sim.cell=0.125", "polypic: --vary sim.cell: is also given by --set sim.cell=0.125\n"},
+        {"--vary sim.cell=0.0625 --vary sim.cell=0.125", "polypic: --vary sim.cell: is given twice: all values go after one =\n"},
         {"--frames 1-3", "polypic: --frames: is for shots: a problem ends at problem.time\n"}}) {
     const Outcome made = cost("cost taylor_green_2d " + std::string(words));
     EXPECT_EQ(made.exit, 2) << words;
@@ -92,11 +99,21 @@ TEST_F(CostProgram, RefusesMistakesInOneLine) {
        {std::pair{"cost taylor_gren_2d",
                   "polypic: taylor_gren_2d: no such file, and no shipped shot or problem of that name (did you mean taylor_green_2d?)\n"},
         {"cost whirl", "polypic: whirl: no such file, and no shipped shot or problem of that name (polypic list names them)\n"},
+        {"params taylor_gren_2d", "polypic: taylor_gren_2d: no such key, table or problem (did you mean taylor_green_2d?)\n"},
         {"cost", "polypic: cost: needs a shot or a problem (see polypic cost --help)\n"}}) {
     const Outcome made = cost(words);
     EXPECT_EQ(made.exit, 2) << words;
     EXPECT_EQ(made.err, line);
   }
+}
+
+// Before anything runs: a study takes minutes.
+TEST_F(CostProgram, RefusesAtOnceToWriteWhereAFileIs) {
+  write("taken", "a file\n");
+  const Outcome made = cost(kQuick + "--vary sim.transfer=apic,polypic --out taken");
+  EXPECT_EQ(made.exit, 5);
+  EXPECT_EQ(made.err, "polypic: taken: Not a directory\n");
+  EXPECT_EQ(made.out, "");
 }
 
 TEST_F(CostProgram, SaysBeforehandWhatItWouldRun) {
@@ -106,6 +123,7 @@ TEST_F(CostProgram, SaysBeforehandWhatItWouldRun) {
   EXPECT_NE(made.out.find("taylor_green_2d: polypic full linear\n"), std::string::npos) << made.out;
   EXPECT_NE(made.out.find("runs   6 to make, in about "), std::string::npos) << made.out;
   EXPECT_FALSE(fs::exists(folder / "study"));
+  EXPECT_NE(cost(kQuick + "--vary sim.transfer=apic --dry-run").out.find("study  1 variant of taylor_green_2d, 2 times each"), std::string::npos);
   for (const char* words : {"params problem", "params taylor_green_2d"})
     EXPECT_NE(cost(words).out.find("taylor_green_2d: vortex pairs along an edge of the domain"), std::string::npos) << words;
   EXPECT_NE(cost("list").out.find("problems   taylor_green_2d, "), std::string::npos);
@@ -119,8 +137,16 @@ TEST_F(CostProgram, ComparesAShotWithItselfOnCoarserCells) {
   EXPECT_EQ(pictured.exit, 2);
   EXPECT_EQ(pictured.err, "polypic: --vary render.width: changes nothing that a simulation reads: all its values make the same variant\n");
   const std::string words = "cost drop.toml --frames 1-4 --repeats 1 --vary sim.transfer=pic,polypic --out study";
+  // Beforehand: all that it takes, and what the wait is for; the second time nothing is measured.
+  const std::regex foretold("runs   8 to make, in about .*; the shot as it is, .*; 24 pictures, .*; comparing, .*: .* in all\n");
+  for (const bool first : {true, false}) {
+    const Outcome dry = cost(words + " --dry-run");
+    EXPECT_TRUE(std::regex_search(dry.out, foretold)) << dry.out << dry.err;
+    EXPECT_EQ(dry.out.find("measuring small runs of the shot on this machine, a minute at most; they are kept ...\n") != std::string::npos, first);
+  }
   const Outcome made = cost(words);
   ASSERT_EQ(made.exit, 0) << made.err;
+  EXPECT_TRUE(std::regex_search(made.out, std::regex("runs   8 to make, in about .*; 16 pictures, .*; comparing, .*: .* in all\n"))) << made.out;
   const Json json = study();
   ASSERT_EQ(json.at("variants").size(), 4u);   // two schemes on two cells
   EXPECT_EQ(json.at("variants")[0].at("cell"), 0.05);

@@ -46,7 +46,8 @@ class Diff : public ProgramTest {
     OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), static_cast<int>(image.channels.size()), OIIO::TypeFloat);
     spec.channelnames = image.channels;
     const auto out = OIIO::ImageOutput::create((folder / name).string());
-    ASSERT_TRUE(out && out->open((folder / name).string(), spec) && out->write_image(OIIO::TypeFloat, image.pixels.data()) && out->close()) << OIIO::geterror();
+    ASSERT_TRUE(out && out->open((folder / name).string(), spec) && out->write_image(OIIO::TypeFloat, image.pixels.data()) && out->close())
+        << OIIO::geterror();
   }
   void write_grids(const std::string& name, const openvdb::GridCPtrVec& grids) const { openvdb::io::File((folder / name).string()).write(grids); }
   void write_frame(const std::string& name, const sim::Frame& frame) const {
@@ -189,7 +190,8 @@ TEST_F(Diff, OfALevelSetAndTheSameMovedIsTheWayItMoved) {
   const Json& grid = out.at("grids").at(0);
   EXPECT_EQ(grid.at("unit"), "m");
   EXPECT_GT(grid.at("active_only").at(0), 0);
-  EXPECT_EQ(grid.at("active").at(0).get<int>() - grid.at("active_only").at(0).get<int>(), grid.at("active").at(1).get<int>() - grid.at("active_only").at(1).get<int>());
+  EXPECT_EQ(grid.at("active").at(0).get<int>() - grid.at("active_only").at(0).get<int>(),
+            grid.at("active").at(1).get<int>() - grid.at("active_only").at(1).get<int>());
   diff({"a.vdb", "b.vdb", "--fail", "0.01301"}, 0);
   diff({"a.vdb", "b.vdb", "--fail", "0.01299"}, 6);
   const Json itself = diff({"a.vdb", "a.vdb"}, 0);

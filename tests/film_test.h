@@ -1,5 +1,6 @@
 #pragma once
 // A small shot, run from end to end by the built program, and what its directory holds then.
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "run_program.h"
@@ -24,6 +25,18 @@ class FilmTest : public ProgramTest {
     const Json run = run_json(out);
     for (const Json& frame : run.at("frames")) hashes.push_back(frame.at("state_hash"));
     return hashes;
+  }
+  /// Content of every file of a run, by name; what tells of times is left out.
+  std::map<std::string, std::string> content(const std::string& out = "out/x") const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / out)) {
+      const std::string name = std::filesystem::relative(entry.path(), folder / out).string();
+      if (entry.is_regular_file() && name != "run.json" && name != "report.html" && !name.starts_with("ledger/")) all[name] = text_of(entry.path());
+    }
+    return all;
+  }
+  void expect_no_dot_files() const {
+    for (const std::string& name : files()) EXPECT_NE(std::filesystem::path(name).filename().string()[0], '.') << name;
   }
   std::filesystem::file_time_type time_of(const std::string& name) const { return std::filesystem::last_write_time(folder / name); }
 };

@@ -70,13 +70,14 @@ class FrameDiff : public ProgramTest, public testing::WithParamInterface<std::st
   Made make(const std::string& name, const std::vector<std::string>& keys) const {
     const fs::path out = kept(name);
     fs::remove_all(out);
-    std::vector<std::string> options = {(fs::path(POLYPIC_SOURCE_DIR) / film.at("shot").get<std::string>()).string(), "--out", out.string(), "--frames",
-                                        "1-" + film.at("frames").dump(), "--json", "--quiet"};
+    std::vector<std::string> options = {(fs::path(POLYPIC_SOURCE_DIR) / film.at("shot").get<std::string>()).string(), "--out", out.string(),
+                                        "--frames", "1-" + film.at("frames").dump(), "--json", "--quiet"};
     for (const auto& list : {film.at("set").get<std::vector<std::string>>(), keys})
       for (const std::string& key : list) options.insert(options.end(), {"--set", key});
     Json run_document;
     std::vector<std::string> stages = {"run"};
-    if (!film.contains("image")) stages = film.at("sums").contains("surface_area") ? std::vector<std::string>{"simulate", "surface"} : std::vector<std::string>{"simulate"};
+    if (!film.contains("image"))
+      stages = film.at("sums").contains("surface_area") ? std::vector<std::string>{"simulate", "surface"} : std::vector<std::string>{"simulate"};
     for (const std::string& stage : stages) {
       std::vector<std::string> words = {stage};
       words.insert(words.end(), options.begin(), options.end());
@@ -116,9 +117,11 @@ class FrameDiff : public ProgramTest, public testing::WithParamInterface<std::st
     std::vector<std::string> lines;
     for (const auto& [name, row] : film.at("sums").items()) {
       const auto actual = made.values.find(name);
-      const double difference = actual == made.values.end() ? INFINITY : relative_difference(row.at("values").get<std::vector<Json>>(), actual->second);
+      const double difference =
+          actual == made.values.end() ? INFINITY : relative_difference(row.at("values").get<std::vector<Json>>(), actual->second);
       const double allowed = row.at("tolerance");
-      if (!(difference <= allowed)) lines.push_back(name + " differs by " + Json(difference).dump() + " of its largest value, allowed is " + Json(allowed).dump());
+      if (!(difference <= allowed))
+        lines.push_back(name + " differs by " + Json(difference).dump() + " of its largest value, allowed is " + Json(allowed).dump());
     }
     if (!film.contains("image")) return lines;
     const render::ImageDifference difference = compare_pictures(made);
@@ -126,7 +129,8 @@ class FrameDiff : public ProgramTest, public testing::WithParamInterface<std::st
     if (difference.values.mean() > image.at("mean").get<double>())
       lines.push_back("image: the mean difference is " + Json(difference.values.mean()).dump() + ", allowed is " + image["mean"].dump());
     if (difference.percent_over() > image.at("percent_over").get<double>())
-      lines.push_back("image: " + Json(difference.percent_over()).dump() + " % of the pixels differ by more than " + image["over"].dump() + ", allowed are " + image["percent_over"].dump() + " %");
+      lines.push_back("image: " + Json(difference.percent_over()).dump() + " % of the pixels differ by more than " + image["over"].dump() +
+                      ", allowed are " + image["percent_over"].dump() + " %");
     return lines;
   }
 
@@ -137,7 +141,8 @@ class FrameDiff : public ProgramTest, public testing::WithParamInterface<std::st
       fs::copy_file(golden_picture(), kept(name) / "golden.png", fs::copy_options::overwrite_existing);
       fs::copy_file(made.picture, kept(name) / "actual.png", fs::copy_options::overwrite_existing);
       base::Ledger untold;
-      render::write_png(kept(name) / "difference.png", render::difference_picture(golden, actual, render::compare(golden, actual, 0)).image, {}, true, untold);
+      render::write_png(kept(name) / "difference.png", render::difference_picture(golden, actual, render::compare(golden, actual, 0)).image, {}, true,
+                        untold);
     }
     return "kept in " + kept(name).string();
   }
@@ -161,10 +166,13 @@ double tolerance_between(double round_off, double other_seed) {
 // New values and pictures, and how far round-off and another seed go from them. Tolerances that are there stay.
 void FrameDiff::renew() const {
   Json renewed = film;
-  const Made made = make(GetParam(), {}), rounding = make(GetParam() + ".round_off", film.at("round_off")), seed = make(GetParam() + ".seed", film.at("other_seed"));
+  const Made made = make(GetParam(), {}), rounding = make(GetParam() + ".round_off", film.at("round_off")),
+             seed = make(GetParam() + ".seed", film.at("other_seed"));
   for (auto& [name, row] : renewed["sums"].items()) {
-    const double by_rounding = relative_difference(made.values.at(name), rounding.values.at(name)), by_seed = relative_difference(made.values.at(name), seed.values.at(name));
-    row = {{"tolerance", row.value("tolerance", tolerance_between(by_rounding, by_seed))}, {"round_off", rounded(by_rounding)}, {"other_seed", rounded(by_seed)}, {"values", made.values.at(name)}};
+    const double by_rounding = relative_difference(made.values.at(name), rounding.values.at(name)),
+                 by_seed = relative_difference(made.values.at(name), seed.values.at(name));
+    row = {{"tolerance", row.value("tolerance", tolerance_between(by_rounding, by_seed))}, {"round_off", rounded(by_rounding)},
+           {"other_seed", rounded(by_seed)}, {"values", made.values.at(name)}};
   }
   if (film.contains("image")) {
     fs::copy_file(made.picture, golden_picture(), fs::copy_options::overwrite_existing);
@@ -230,7 +238,8 @@ TEST_P(FrameDiff, RefusesEveryMutant) {
     const bool seen = std::any_of(lines.begin(), lines.end(), [&](const std::string& line) { return line.starts_with(seen_in); });
     EXPECT_TRUE(seen) << keys << " passes for the golden " << seen_in << "; " << keep(made, GetParam() + ".mutant");
     if (!seen) return;
-    std::printf("%s: %s\n", keys.c_str(), std::find_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.starts_with(seen_in); })->c_str());
+    std::printf("%s: %s\n", keys.c_str(),
+                std::find_if(lines.begin(), lines.end(), [&](const std::string& line) { return line.starts_with(seen_in); })->c_str());
     fs::remove_all(kept(GetParam() + ".mutant"));
   }
 }

@@ -13,8 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::map<std::string, std::set<std::string>> kMayInclude = {
-    {"base", {}}, {"sim", {"base"}}, {"surface", {"base", "sim"}}, {"render", {"base", "sim", "surface"}}, {"app", {"base", "sim", "surface", "render"}}};
+const std::map<std::string, std::set<std::string>> kMayInclude = {{"base", {}}, {"sim", {"base"}}, {"surface", {"base", "sim"}},
+                                                                  {"render", {"base", "sim", "surface"}},
+                                                                  {"app", {"base", "sim", "surface", "render"}}};
 
 /// Third-party headers that one folder, and there one file or room, may know.
 const std::map<std::string, std::vector<std::string>> kHomes = {
@@ -75,8 +76,10 @@ TEST(Includes, LibrariesStayInTheirHomes) {
         for (const auto& [library, homes] : kHomes) {
           if (!header.starts_with(library)) continue;
           found[library].insert(file.string());
-          EXPECT_TRUE(std::any_of(homes.begin(), homes.end(), [&](const std::string& home) { return file.string().starts_with(home); })) << file << " includes " << header;
+          EXPECT_TRUE(std::any_of(homes.begin(), homes.end(), [&](const std::string& home) { return file.string().starts_with(home); }))
+              << file << " includes " << header;
           EXPECT_FALSE(library == "openvdb/" && file.extension() == ".h" && file.parent_path() == "surface") << file << " shows OpenVDB to others";
         }
-  for (const std::string library : {"embree3/", "GL/", "OpenImageIO/", "CLI/", "cholmod.h"}) EXPECT_EQ(found[library].size(), 1u) << library << " is in several files";
+  for (const std::string library : {"embree3/", "GL/", "OpenImageIO/", "CLI/", "cholmod.h"})
+    EXPECT_EQ(found[library].size(), 1u) << library << " is in several files";
 }

@@ -165,12 +165,15 @@ TEST_F(Info, SurvivesDamage) {
     }
     for (int flip = 0; flip < 200; ++flip) {
       std::string other = bytes;
-      other[flip < 100 ? static_cast<std::size_t>(flip) * std::min<std::size_t>(bytes.size(), 1000) / 100 : random() % bytes.size()] ^= static_cast<char>(1u << (random() % 8));
+      other[flip < 100 ? static_cast<std::size_t>(flip) * std::min<std::size_t>(bytes.size(), 1000) / 100 : random() % bytes.size()] ^=
+          static_cast<char>(1u << (random() % 8));
       write_bytes(damaged, other);
       refused += complaint(folder / damaged, read).empty() ? 0 : 1;
     }
     EXPECT_GT(refused, 20) << name;
-    EXPECT_TRUE(name != "own.vdb" || refused >= 195) << "its checksum sees every bit but those that say it has one, and " << refused << " of 200 were refused";
-    EXPECT_TRUE(name == "foreign.vdb" || peak_memory() - before < std::int64_t{1} << 30) << name;   // OpenVDB believes a length in a file without a checksum
+    EXPECT_TRUE(name != "own.vdb" || refused >= 195)
+        << "its checksum sees every bit but those that say it has one, and " << refused << " of 200 were refused";
+    EXPECT_TRUE(name == "foreign.vdb" || peak_memory() - before < std::int64_t{1} << 30)
+        << name;   // OpenVDB believes a length in a file without a checksum
   }
 }

@@ -77,7 +77,8 @@ TEST(ParticleAttributes, KineticEnergyIsThatOfTheVelocitiesAndOfTheModes) {
     const sim::Totals totals = simulation->totals();
     ASSERT_EQ(frame.mode_energy.size(), frame.velocity.size());
     double moving = 0, modes = 0;
-    for (std::size_t i = 0; i < frame.velocity.size(); ++i) moving += 0.5 * frame.velocity[i].cast<double>().squaredNorm(), modes += double(frame.mode_energy[i]);
+    for (std::size_t i = 0; i < frame.velocity.size(); ++i)
+      moving += 0.5 * frame.velocity[i].cast<double>().squaredNorm(), modes += double(frame.mode_energy[i]);
     const double mass = totals.mass / double(totals.particles);
     EXPECT_GT(mass * modes, 1e-4 * totals.kinetic_energy);
     EXPECT_NEAR(mass * (moving + modes), totals.kinetic_energy, 1e-5 * totals.kinetic_energy);

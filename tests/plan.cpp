@@ -94,7 +94,8 @@ class Plan : public ShotFile {
 
 TEST_F(Plan, EveryKeyOfAShotBelongsToARow) {
   ASSERT_GT(app::all_keys().size(), 80u);
-  for (const app::KeyRow& row : app::all_keys()) EXPECT_TRUE(any_row_has(row.key, "")) << row.key << ": no effect has it (docs/architecture.md, Effects)";
+  for (const app::KeyRow& row : app::all_keys())
+    EXPECT_TRUE(any_row_has(row.key, "")) << row.key << ": no effect has it (docs/architecture.md, Effects)";
 }
 
 TEST_F(Plan, EveryChoiceOfAKeyMeansARow) {
@@ -128,7 +129,8 @@ TEST_F(Plan, EveryPassOfTheSourceHasARowAndEveryRowAPass) {
   EXPECT_GT(source.size(), 15u);
   EXPECT_EQ(source, planned);
   const std::string page = text_of(fs::path(POLYPIC_SOURCE_DIR) / "docs/files.md");
-  for (const std::string& name : planned) EXPECT_TRUE(std::regex_search(page, std::regex("\\b" + name + "\\b"))) << name << " is not described in docs/files.md";
+  for (const std::string& name : planned)
+    EXPECT_TRUE(std::regex_search(page, std::regex("\\b" + name + "\\b"))) << name << " is not described in docs/files.md";
 }
 
 TEST_F(Plan, RowsNamePassesThatThereAreAndWhatTheyReadIsSomewhereWritten) {
@@ -175,8 +177,10 @@ TEST_F(Plan, WhatIsNotThereIsNotRead) {
     for (const app::Stage stage : app::stages_of(shot))
       for (const base::PassRow& pass : app::plan_of(shot, stage).passes)
         for (const std::string_view name : pass.reads) {
-          const bool is_there = name == "solids" ? !shot.scene.colliders.empty() : name == "set" ? !shot.render.sets.empty() : name == "mesh" ? shot.render.draws_surface()
-                                : pass.name == "bvh" && name == "points file" ? shot.render.draws_grains() : true;
+          const bool is_there = name == "solids" ? !shot.scene.colliders.empty()
+                                : name == "set" ? !shot.render.sets.empty()
+                                : name == "mesh" ? shot.render.draws_surface()
+                                : pass.name != "bvh" || name != "points file" || shot.render.draws_grains();
           EXPECT_TRUE(is_there) << shot.resolved << ": " << pass.name << " reads " << name;
           ++readers[name];
         }
@@ -185,7 +189,8 @@ TEST_F(Plan, WhatIsNotThereIsNotRead) {
 
 TEST_F(Plan, ALiquidCarriesNothingElastic) {
   const std::set<std::string> kOfLiquids = {"cell", "offset", "id", "coefficients", "order", "departures", "pressure"};
-  const std::set<std::string_view> kPassesOfLiquids = {"sort", "p2g", "sums", "forces", "pressure", "reflect", "extrapolate", "volume", "g2p", "advect", "collide", "carry", "audit", "watch"};
+  const std::set<std::string_view> kPassesOfLiquids = {"sort", "p2g", "sums", "forces", "pressure", "reflect", "extrapolate", "volume", "g2p",
+                                                       "advect", "collide", "carry", "audit", "watch"};
   int liquids = 0, solids = 0;
   for (const app::Shot& shot : all_shots()) {
     const bool liquid = shot.scene.options.solver == "fluid";
@@ -231,7 +236,8 @@ TEST_F(Plan, LineSaysWhatIsSolved) {
 
 TEST_F(Plan, ApicStoresNoPolynomialCoefficient) {
   for (const std::string kernel : {"linear", "quadratic"}) {
-    const auto three = attributes(read(kTank, {"sim.transfer=apic", "sim.kernel=" + kernel})), two = attributes(read(kFlatTank, {"sim.transfer=apic", "sim.kernel=" + kernel}));
+    const auto three = attributes(read(kTank, {"sim.transfer=apic", "sim.kernel=" + kernel})),
+               two = attributes(read(kFlatTank, {"sim.transfer=apic", "sim.kernel=" + kernel}));
     EXPECT_EQ(three.at("coefficients"), 3 * (1 + 3) * 4);   // a constant and a gradient for each component
     EXPECT_EQ(two.at("coefficients"), 2 * (1 + 2) * 4);
   }

@@ -29,7 +29,10 @@ class PlanLedger : public ShotFile {
   }
   app::Folder make(const app::Shot& shot, const std::string& out, std::int64_t frames = 2, std::vector<app::Stage> stages = {}) {
     base::Progress quiet(stderr, /*quiet=*/true);
-    app::make_film(shot, {.stages = stages.empty() ? app::stages_of(shot) : stages, .frames = app::FrameRange{1, frames}, .out = folder / out, .restart = true, .threads = 2}, quiet);
+    app::make_film(shot,
+                   {.stages = stages.empty() ? app::stages_of(shot) : stages, .frames = app::FrameRange{1, frames}, .out = folder / out,
+                    .restart = true, .threads = 2},
+                   quiet);
     return app::Folder(folder / out);
   }
   std::vector<std::uint64_t> state_hashes(const app::Shot& shot, const std::string& out) {
@@ -108,17 +111,22 @@ std::vector<Strength> strengths() {
   const std::vector<std::string> moving = {"body.water.velocity=[1,0.3,0.5]"}, sliding = {"body.block.velocity=[1,0.2,0]"};
   return {
       {"gravity", kTank, kTank + kGravity, pull + "[0,0,0]", pull + "[0,0,-9.81]", moving},
-      {"gravity_of_reflection", kTank, kTank + kGravity, pull + "[0,0,0]", pull + "[0,0,-9.81]", {"body.water.velocity=[1,0.3,0.5]", "sim.splitting=reflection"}},
+      {"gravity_of_reflection", kTank, kTank + kGravity, pull + "[0,0,0]", pull + "[0,0,-9.81]",
+       {"body.water.velocity=[1,0.3,0.5]", "sim.splitting=reflection"}},
       {"gravity_of_flip", kTank, kTank + kGravity, pull + "[0,0,0]", pull + "[0,0,-9.81]", {"body.water.velocity=[1,0.3,0.5]", "sim.transfer=flip"}},
       {"gravity_in_the_plane", kFlatTank, kFlatTank + kGravity, pull + "[0,0]", pull + "[0,-9.81]", {"body.water.velocity=[1,0.3]"}},
       {"gravity_of_solids", kBlock, kBlock + kGravity, pull + "[0,0,0]", pull + "[0,0,-9.81]", sliding},
       {"spin", kBlock + kGravity, kBlock + kGravity, "body.block.spin=[0,0,0]", "body.block.spin=[0,0,9]", sliding},
       {"friction_of_walls", kBlock + kGravity, kBlock + kGravity, "sim.boundary.friction=0", "sim.boundary.friction=0.5", sliding},
-      {"friction_of_colliders", kBlock + kGravity + floor, kBlock + kGravity + floor, "collider.ramp.friction=0", "collider.ramp.friction=0.5", sliding},
-      {"volume_averaging", kBlock + kGravity, kBlock + kGravity, "body.block.material={volume_averaging=false}", "body.block.material={volume_averaging=true}", sliding},
-      {"cohesion", kBlock + kGravity, kBlock + kGravity, "body.block.material={preset=\"dry_sand\",cohesion=0}", "body.block.material={preset=\"dry_sand\",cohesion=1000}",
+      {"friction_of_colliders", kBlock + kGravity + floor, kBlock + kGravity + floor, "collider.ramp.friction=0", "collider.ramp.friction=0.5",
+       sliding},
+      {"volume_averaging", kBlock + kGravity, kBlock + kGravity, "body.block.material={volume_averaging=false}",
+       "body.block.material={volume_averaging=true}", sliding},
+      {"cohesion", kBlock + kGravity, kBlock + kGravity, "body.block.material={preset=\"dry_sand\",cohesion=0}",
+       "body.block.material={preset=\"dry_sand\",cohesion=1000}",
        {"body.block.velocity=[1,0.2,0]", "body.block.material=dry_sand"}},
-      {"hardening", kBlock + kGravity, kBlock + kGravity, "body.block.material={model=\"hencky\",plasticity=\"von_mises\",yield_stress=1,hardening_modulus=0}",
+      {"hardening", kBlock + kGravity, kBlock + kGravity,
+       "body.block.material={model=\"hencky\",plasticity=\"von_mises\",yield_stress=1,hardening_modulus=0}",
        "body.block.material={model=\"hencky\",plasticity=\"von_mises\",yield_stress=1,hardening_modulus=1e5}",
        {"body.block.velocity=[1,0.2,0]", "body.block.material={model=\"hencky\",plasticity=\"von_mises\",yield_stress=1}"}},
   };
@@ -158,8 +166,11 @@ TEST_F(PlanLedger, WhatHasNoStrengthGivesThePixelsOfNever) {
       {"roughness", glass, glass, "look.special.roughness=0", "look.special.roughness=0.5", special},
   };
   for (const Strength& s : table) {
-    const auto picture = [&](const std::vector<std::string>& sets, const std::string& name) { return render::read_image(make(read(s.text, sets), name, 1).image(1, ".png")); };
-    const render::Image never = picture(s.sets, s.name + "_never"), zero = picture(with(s.sets, s.zero), s.name + "_zero"), on = picture(with(s.sets, s.on), s.name + "_on");
+    const auto picture = [&](const std::vector<std::string>& sets, const std::string& name) {
+      return render::read_image(make(read(s.text, sets), name, 1).image(1, ".png"));
+    };
+    const render::Image never = picture(s.sets, s.name + "_never"), zero = picture(with(s.sets, s.zero), s.name + "_zero"),
+                        on = picture(with(s.sets, s.on), s.name + "_on");
     EXPECT_EQ(render::compare(never, zero, 0).pixels_over, 0u) << s.name;
     EXPECT_GT(render::compare(never, on, 0).pixels_over, 0u) << s.name << ": with a strength it changes nothing";
   }
@@ -180,7 +191,9 @@ TEST_F(PlanLedger, BodyWithoutParticlesGivesTheBitsOfNone) {
 // What passes count of bytes goes with the blocks around the particles.
 TEST_F(PlanLedger, ALargerDomainCostsNothing) {
   const auto costs = [&](const std::string& domain, const std::string& name) {
-    const app::Folder made = make(read(kTank + kGravity, {"sim.domain=" + domain, "sim.cell=0.05", "body.water.shape.box=[[1.6,1.6,1.6],[1.8,1.8,1.7]]"}), name, 2, {app::Stage::simulate});
+    const app::Folder made =
+        make(read(kTank + kGravity, {"sim.domain=" + domain, "sim.cell=0.05", "body.water.shape.box=[[1.6,1.6,1.6],[1.8,1.8,1.7]]"}), name, 2,
+             {app::Stage::simulate});
     std::map<std::string, std::pair<std::int64_t, std::int64_t>> bytes;
     const auto record = app::read_record(made, app::Stage::simulate, 2);
     for (const auto& [pass, cost] : record->passes) bytes[pass] = {cost.calls, cost.bytes};

@@ -16,7 +16,8 @@ namespace {
 
 /// Costs that grow with known powers: a step with particles, a surface with their power 2/3, a picture with its pixels.
 app::MicroRun run_of(double particles, double cell, double pixels, double spp, std::int64_t last) {
-  app::MicroRun run{.particles = particles, .cell = cell, .pixels = pixels, .samples = pixels * spp, .peak_bytes = 1e8 + 500 * particles + 80 * pixels, .frames = {}};
+  app::MicroRun run{.particles = particles, .cell = cell, .pixels = pixels, .samples = pixels * spp,
+                    .peak_bytes = 1e8 + 500 * particles + 80 * pixels, .frames = {}};
   for (std::int64_t frame = 1; frame <= last; ++frame) {
     app::FrameCost cost{.steps = frame == 1 ? 0.0 : 2.0, .speed = 1, .cpu = {}, .calls = {}, .bytes = {}};
     cost.cpu["simulate/p2g"] = cost.steps * 1e-5 * particles;
@@ -38,16 +39,19 @@ class Predict : public ShotFile {
 }  // namespace
 
 TEST_F(Predict, FollowsThePowersThatTheRunsShow) {
-  const app::Shot shot = read(kTank + kGravity, {"sim.cell=0.01", "render.width=320", "render.height=160", "render.spp=4", "body.water.velocity=[1,0,0]"});
+  const app::Shot shot =
+      read(kTank + kGravity, {"sim.cell=0.01", "render.width=320", "render.height=160", "render.spp=4", "body.water.velocity=[1,0,0]"});
   const double particles = sim::size_of(shot.scene).particles, pixels = 320 * 160;
-  app::Pilot pilot{.small = run_of(particles / 64, 0.04, pixels / 16, 4, 3), .wide = run_of(particles / 64, 0.04, pixels / 4, 4, 3), .fine = run_of(particles / 8, 0.02, pixels / 4, 4, 3), .last = 3, .seconds = 1};
+  app::Pilot pilot{.small = run_of(particles / 64, 0.04, pixels / 16, 4, 3), .wide = run_of(particles / 64, 0.04, pixels / 4, 4, 3),
+                   .fine = run_of(particles / 8, 0.02, pixels / 4, 4, 3), .last = 3, .seconds = 1};
   const app::Prediction p = app::predict(shot, pilot, {1, 3});
   const double steps = 2 * sim::steps_in_frame(shot.scene, shot.fps, 1, 1);
   EXPECT_GT(steps, 4);
   const app::MicroRun truth = run_of(particles, 0.01, pixels, 4, 3);
   EXPECT_NEAR(p.cpu.at("simulate"), steps * 1e-5 * particles, 0.01 * p.cpu.at("simulate"));
   EXPECT_NEAR(p.cpu.at("surface"), 3 * truth.frames.at(1).cpu.at("surface/rasterize"), 0.01 * p.cpu.at("surface"));
-  EXPECT_NEAR(p.cpu.at("render"), 3 * (truth.frames.at(1).cpu.at("render/trace") + truth.frames.at(1).cpu.at("render/write_image")), 0.01 * p.cpu.at("render"));
+  EXPECT_NEAR(p.cpu.at("render"), 3 * (truth.frames.at(1).cpu.at("render/trace") + truth.frames.at(1).cpu.at("render/write_image")),
+              0.01 * p.cpu.at("render"));
   EXPECT_NEAR(p.peak_bytes, truth.peak_bytes, 0.01 * truth.peak_bytes);
   EXPECT_NEAR(p.disk.at("images"), 3 * 8 * pixels, 10);
   EXPECT_NEAR(p.disk.at("points"), 3 * 24 * particles, 100);
@@ -99,7 +103,9 @@ TEST_F(Predict, WhatDoesNotFitIsRefusedWithTheNumberAndTheKey) {
 TEST_F(Predict, KeepsPilotsForOtherSizesOfTheSameShotOnly) {
   const app::Shot shot = read(kTank);
   EXPECT_FALSE(app::cached_pilot(shot, 3, 2));
-  app::keep_pilot(shot, 2, {.small = run_of(10, 0.1, 100, 1, 3), .wide = run_of(10, 0.1, 400, 1, 3), .fine = run_of(80, 0.05, 400, 1, 3), .last = 3, .seconds = 2});
+  app::keep_pilot(
+      shot, 2,
+      {.small = run_of(10, 0.1, 100, 1, 3), .wide = run_of(10, 0.1, 400, 1, 3), .fine = run_of(80, 0.05, 400, 1, 3), .last = 3, .seconds = 2});
   const auto kept = app::cached_pilot(shot, 3, 2);
   ASSERT_TRUE(kept);
   EXPECT_EQ(kept->fine.particles, 80);
@@ -125,6 +131,7 @@ TEST_F(Predict, PictureOfThePassesShowsThemAll) {
   const std::string picture = app::pass_graph(shot);
   EXPECT_TRUE(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
   for (const app::Stage stage : app::stages_of(shot))
-    for (const base::PassRow& pass : app::plan_of(shot, stage).passes) EXPECT_NE(picture.find(">" + std::string(pass.name) + "</text>"), std::string::npos) << pass.name;
+    for (const base::PassRow& pass : app::plan_of(shot, stage).passes)
+      EXPECT_NE(picture.find(">" + std::string(pass.name) + "</text>"), std::string::npos) << pass.name;
   EXPECT_EQ(picture.find(">carry</text>"), std::string::npos);
 }

@@ -10,10 +10,13 @@ struct SmallShot {
 
 /// Two frames of one body; `sim` are lines of [sim].
 inline std::string one_body(const std::string& sim, const std::string& name, const std::string& box, const std::string& picture) {
-  return "[shot]\nframes = 2\nfps = 24\ncheckpoint_every = 2\n[sim]\n" + sim + "[[body]]\nname = \"" + name + "\"\nshape = { box = " + box + " }\n[render]\n" + picture;
+  return "[shot]\nframes = 2\nfps = 24\ncheckpoint_every = 2\n[sim]\n" + sim + "[[body]]\nname = \"" + name + "\"\nshape = { box = " + box +
+         " }\n[render]\n" + picture;
 }
-inline const std::string kRoom = "domain = [[0, 0, 0], [0.8, 0.4, 0.4]]\ncell = 0.1\n", kSheet = "dimension = 2\ndomain = [[0, 0], [0.8, 0.4]]\ncell = 0.05\n";
-inline const std::string kSmallPicture = "width = 32\nheight = 16\nspp = 1\n", kFlatPicture = "width = 64\nheight = 32\n", kSolid = "solver = \"solid\"\n";
+inline const std::string kRoom = "domain = [[0, 0, 0], [0.8, 0.4, 0.4]]\ncell = 0.1\n",
+                         kSheet = "dimension = 2\ndomain = [[0, 0], [0.8, 0.4]]\ncell = 0.05\n";
+inline const std::string kSmallPicture = "width = 32\nheight = 16\nspp = 1\n", kFlatPicture = "width = 64\nheight = 32\n",
+                         kSolid = "solver = \"solid\"\n";
 
 inline const std::string kTank = one_body(kRoom, "water", "[[0, 0, 0], [0.4, 0.4, 0.2]]", kSmallPicture);
 inline const std::string kFlatTank = one_body(kSheet, "water", "[[0, 0], [0.4, 0.2]]", kFlatPicture);
@@ -33,7 +36,8 @@ inline std::string look(const std::string& keys) { return "[look.special]\n" + k
 
 inline std::vector<SmallShot> small_shots() {
   const std::vector<std::string> special = {"body.water.look=special"};
-  const std::string periodic = "sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"", everywhere = periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}";
+  const std::string periodic = "sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"",
+                    everywhere = periodic + ",y_lower=\"periodic\",y_upper=\"periodic\",z_lower=\"periodic\",z_upper=\"periodic\"}";
   std::vector<SmallShot> shots = {
       {"weightless", kTank},
       {"falling", kTank + kGravity},
@@ -99,7 +103,8 @@ inline std::vector<SmallShot> small_shots() {
       {"solid_snow", kBlock + kGravity, {"body.block.material=snow", "body.block.transfer=flip"}},
       {"solid_liquid", kBlock + kGravity, {"body.block.material=water_mpm", "sim.boundary={z_lower=\"sticky\",x_lower=\"slip\"}"}},
       {"solid_fixed", kBlock + kGravity, {"body.block.material={volume_averaging=true}", "body.block.carry=fixed", "body.block.modes=8"}},
-      {"solid_looks", kBlock + kGravity + more_body("lump", "[[0.5, 0.1, 0], [0.7, 0.3, 0.1]]", "clay") + more_body("heap", "[[0.1, 0.1, 0.25], [0.3, 0.3, 0.35]]", "dry_sand")},
+      {"solid_looks", kBlock + kGravity + more_body("lump", "[[0.5, 0.1, 0], [0.7, 0.3, 0.1]]", "clay") +
+                          more_body("heap", "[[0.1, 0.1, 0.25], [0.3, 0.3, 0.35]]", "dry_sand")},
       {"flat_solid", kPlate + kGravity},
       {"flat", kFlatTank},
       {"flat_falling", kFlatTank + kGravity + kDisc},

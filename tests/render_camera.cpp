@@ -214,7 +214,8 @@ TEST(Shutter, BlursShadowsWithWhatThrowsThem) {
   const surface::Mesh moving = ball(Vec3(0, 0, 0.4), 0.08, Vec3f(0, 6, 0));
   const auto shadow = [&] {
     const render::Image image = traced(setting, moving);
-    return spot(image, [&](std::int64_t x, std::int64_t y) { return x < 110 ? 0 : std::max(0.0, 1 - channel(image, "R", x, y) / channel(lit, "R", x, y)); });
+    return spot(image,
+                [&](std::int64_t x, std::int64_t y) { return x < 110 ? 0 : std::max(0.0, 1 - channel(image, "R", x, y) / channel(lit, "R", x, y)); });
   };
   const Spot frozen = shadow();
   setting.camera.shutter = 0.5;
@@ -300,7 +301,8 @@ TEST(Motion, IsTheDifferenceOfProjectedPositions) {
 TEST(Motion, IsNoneWhereNothingMoves) {
   const render::Image image = traced(stage(), ball(Vec3(0, 0, 0.5), 0.3, Vec3f::Zero()));
   for (std::int64_t y = 0; y < image.height; ++y)
-    for (std::int64_t x = 0; x < image.width; ++x) ASSERT_EQ(std::abs(channel(image, "motion.X", x, y)) + std::abs(channel(image, "motion.Y", x, y)), 0);
+    for (std::int64_t x = 0; x < image.width; ++x)
+      ASSERT_EQ(std::abs(channel(image, "motion.X", x, y)) + std::abs(channel(image, "motion.Y", x, y)), 0);
 }
 
 TEST(Shutter, GivesTheSameBitsForAnyNumberOfThreads) {

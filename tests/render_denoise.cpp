@@ -37,7 +37,8 @@ template <class Expected>
 double error(const std::vector<float>& colors, const Expected& expected) {
   double sum = 0;
   for (std::int64_t y = 0; y < kHeight; ++y)
-    for (std::int64_t x = 0; x < kWidth; ++x) sum += std::pow(static_cast<double>(colors[static_cast<std::size_t>(y * kWidth + x) * 3]) - expected(x, y), 2);
+    for (std::int64_t x = 0; x < kWidth; ++x)
+      sum += std::pow(static_cast<double>(colors[static_cast<std::size_t>(y * kWidth + x) * 3]) - expected(x, y), 2);
   return std::sqrt(sum / (kWidth * kHeight));
 }
 
@@ -48,7 +49,8 @@ std::size_t channel(const render::Image& image, const std::string& name) {
 /// Balls on a floor, in soft light.
 render::Setting balls() {
   render::Setting setting = empty_setting();
-  setting.lights = {{.kind = "area", .position = Vec3(-1, -1, 2.5), .target = Vec3(0, 0, 0), .width = 1.5, .height = 1.5, .intensity = 4}, uniform_sky(0.2)};
+  setting.lights = {{.kind = "area", .position = Vec3(-1, -1, 2.5), .target = Vec3(0, 0, 0), .width = 1.5, .height = 1.5, .intensity = 4},
+                    uniform_sky(0.2)};
   const char* looks[] = {"clay", "glass", "steel", "plaster"};
   for (int i = 0; i < 4; ++i) setting.colliders.push_back(ball(looks[i], Vec3(-0.75 + 0.5 * i, 0, 0.22), 0.22));
   setting.camera = {.position = Vec3(0, -3, 1), .target = Vec3(0, 0, 0.2), .fov = 26};
@@ -102,7 +104,8 @@ TEST(Denoise, FollowsItsGuides) {
     for (std::size_t i = 0; i < plane.size(); ++i) plane[i] += static_cast<float>(line(static_cast<std::int64_t>(i) % kWidth, 0) - 0.5);
   const auto on_line = [&](const std::vector<float>& colors) {
     double sum = 0;
-    for (std::int64_t y = 0; y < kHeight; ++y) sum += 0.5 * static_cast<double>(colors[static_cast<std::size_t>(y * kWidth + 30) * 3] + colors[static_cast<std::size_t>(y * kWidth + 31) * 3]);
+    for (std::int64_t y = 0; y < kHeight; ++y)
+      sum += 0.5 * static_cast<double>(colors[static_cast<std::size_t>(y * kWidth + 30) * 3] + colors[static_cast<std::size_t>(y * kWidth + 31) * 3]);
     return sum / kHeight;
   };
   EXPECT_LT(on_line(render::image::denoise(e)), 0.53);
@@ -143,7 +146,8 @@ TEST(Denoise, IsDoneOnlyWhereItIsAskedFor) {
   EXPECT_EQ(ledger.passes().count("denoise"), 1u);
   ASSERT_EQ(with.channels.size(), without.channels.size() + 3);
   for (std::size_t i = 0; i < without.pixels.size(); ++i)
-    ASSERT_EQ(with.pixels[i / without.channels.size() * with.channels.size() + i % without.channels.size()], without.pixels[i]) << "the other channels stay as they are";
+    ASSERT_EQ(with.pixels[i / without.channels.size() * with.channels.size() + i % without.channels.size()], without.pixels[i])
+        << "the other channels stay as they are";
 }
 
 TEST(Denoise, ReachesThePngWhereThatIsAskedFor) {
@@ -186,7 +190,8 @@ TEST(Guides, AreOfWhatScattersFirst) {
     const render::Grains none;
     geometry.set_frame({}, none, {});
     const trace::Integrator integrator(scene, geometry);
-    const trace::Ray ray{.origin = mirror ? Vec3f(0, -1, 0.8f) : Vec3f(0, 0, 0.8f), .direction = (mirror ? Vec3f(0, 1.5f, -0.3f) : Vec3f(0.1f, 0.1f, -1)).normalized()};
+    const trace::Ray ray{.origin = mirror ? Vec3f(0, -1, 0.8f) : Vec3f(0, 0, 0.8f),
+                         .direction = (mirror ? Vec3f(0, 1.5f, -0.3f) : Vec3f(0.1f, 0.1f, -1)).normalized()};
     Vec3f albedo = Vec3f::Zero(), normal = Vec3f::Zero();
     constexpr int kSamples = 512;
     const render::sampling::Sequence sequence(kSamples, 1);
@@ -199,7 +204,8 @@ TEST(Guides, AreOfWhatScattersFirst) {
       normal += first.guide_normal / kSamples;
     }
     const double through = mirror ? 1 : 0.923;  // of a pane: (1 - r) / (1 + r) with r = 0.04
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(static_cast<double>(albedo[c]), through * setting.looks["ground"].color[c], 0.03 * setting.looks["ground"].color[c]) << mirror << c;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(static_cast<double>(albedo[c]), through * setting.looks["ground"].color[c], 0.03 * setting.looks["ground"].color[c]) << mirror << c;
     EXPECT_NEAR(normal.z(), through, 0.03) << mirror;
     EXPECT_EQ(first.albedo, Vec3f::Ones()) << "the picture's own channel is of the first hit";
   }

@@ -97,7 +97,8 @@ std::vector<Vec3f> full_square(int across, unsigned seed) {
   std::vector<Vec3f> at;
   for (int j = 0; j < across; ++j)
     for (int i = 0; i < across; ++i)
-      at.emplace_back(-0.5f + (static_cast<float>(i) + uniform(random)) / static_cast<float>(across), 0.25f + (static_cast<float>(j) + uniform(random)) / static_cast<float>(across), 0);
+      at.emplace_back(-0.5f + (static_cast<float>(i) + uniform(random)) / static_cast<float>(across),
+                      0.25f + (static_cast<float>(j) + uniform(random)) / static_cast<float>(across), 0);
   return at;
 }
 double radius_of(int across) { return 1 / (across * std::sqrt(std::numbers::pi)); }
@@ -118,7 +119,8 @@ std::uint64_t liquid_digest() {
 /// liquid_digest() as this program says it when OpenGL has so many threads.
 std::string digest_with_threads(const std::string& threads) {
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  const std::string command = "FLAT_SAYS_ITS_BITS=1 LP_NUM_THREADS=" + threads + " '" + program + "' --gtest_filter=Flat.PictureHasTheSameBitsForAnyNumberOfThreads";
+  const std::string command =
+      "FLAT_SAYS_ITS_BITS=1 LP_NUM_THREADS=" + threads + " '" + program + "' --gtest_filter=Flat.PictureHasTheSameBitsForAnyNumberOfThreads";
   FILE* out = popen(command.c_str(), "r");
   if (out == nullptr) return "";
   std::string bits;
@@ -198,7 +200,9 @@ TEST(Flat, NothingIsDrawnOutsideTheDomain) {
   const render::Setting setting = unit_square();
   const Window w = window_of(setting);
   const render::Image empty = empty_picture(setting);
-  const render::Image image = render::preview(setting, particles({Vec3f(-0.5f, 0.7f, 0), Vec3f(0.5f, 1.25f, 0), Vec3f(0.7f, 0.5f, 0), Vec3f(0, 0, 0), Vec3f(0, 1e6f, 0)}, 0.1), "", kTopSpeed);
+  const render::Image image = render::preview(
+      setting, particles({Vec3f(-0.5f, 0.7f, 0), Vec3f(0.5f, 1.25f, 0), Vec3f(0.7f, 0.5f, 0), Vec3f(0, 0, 0), Vec3f(0, 1e6f, 0)}, 0.1), "",
+      kTopSpeed);
   EXPECT_GT(ink(image, w, color_of(1)).area, 100);
   for (std::int64_t y = 0; y < image.height; ++y)
     for (std::int64_t x = 0; x < image.width; ++x)
@@ -270,7 +274,8 @@ TEST(Flat, CaptionAndSpeedAtRestAreDrawn) {
 
 TEST(SceneLinear, IsUndoneByTheDisplaysCode) {
   render::Image image{.width = 256, .height = 1, .channels = {"R", "G", "B", "A"}, .pixels = {}};
-  for (int i = 0; i < 256; ++i) image.pixels.insert(image.pixels.end(), {static_cast<float>(i) / 255, static_cast<float>(255 - i) / 255, 0.5f, 0.25f});
+  for (int i = 0; i < 256; ++i)
+    image.pixels.insert(image.pixels.end(), {static_cast<float>(i) / 255, static_cast<float>(255 - i) / 255, 0.5f, 0.25f});
   const render::Image light = render::scene_linear(image);
   EXPECT_NEAR(light.pixels[2], 0.21404, 1e-5);   // [IEC 61966-2-1] of one half
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {

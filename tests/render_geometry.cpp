@@ -50,7 +50,8 @@ render::Grains doubled_heap() {
     grains.id.push_back(static_cast<std::int64_t>(grains.id.size()));
   };
   for (int i = 0; i < 30000; ++i) {
-    const Vec3f p(std::sin(static_cast<float>(i) * 1.7f) * 0.6f, std::sin(static_cast<float>(i) * 2.3f) * 0.4f, 0.4f + 0.35f * std::sin(static_cast<float>(i) * 0.37f));
+    const Vec3f p(std::sin(static_cast<float>(i) * 1.7f) * 0.6f, std::sin(static_cast<float>(i) * 2.3f) * 0.4f,
+                  0.4f + 0.35f * std::sin(static_cast<float>(i) * 0.37f));
     add(p);
     if (i % 3 == 0) add(p);
   }
@@ -159,7 +160,8 @@ TEST(Grains, HaveTheLookOfTheirBody) {
   render::Setting setting = stage();
   setting.body_looks = {"white", "red"};
   setting.looks["red"] = {.color = Vec3(1, 0, 0), .draw = "grains", .grain_variation = 0};
-  render::Grains grains{.position = {Vec3f(-0.3f, 0, 0.5f), Vec3f(0.3f, 0, 0.5f)}, .velocity = {Vec3f::Zero(), Vec3f(24, 0, 0)}, .id = {0, 1}, .body = {1, 0}, .radius = 0.1};
+  render::Grains grains{.position = {Vec3f(-0.3f, 0, 0.5f), Vec3f(0.3f, 0, 0.5f)}, .velocity = {Vec3f::Zero(), Vec3f(24, 0, 0)}, .id = {0, 1},
+                        .body = {1, 0}, .radius = 0.1};
   const render::Image image = traced(setting, grains);
   EXPECT_EQ(channel(image, "albedo.G", 50, 50), 0);
   EXPECT_EQ(channel(image, "albedo.R", 50, 50), 1);
@@ -245,7 +247,8 @@ std::vector<surface::Mesh> two_balls(const Vec3f& velocity = Vec3f::Zero()) {
 
 /// A grain of each body: those of bodies with a mesh are in front of it.
 render::Grains three_grains() {
-  return {.position = {Vec3f(-0.5f, -0.5f, 0.5f), Vec3f(0.4f, -0.5f, 0.5f), Vec3f(0, 0, 0.5f)}, .velocity = std::vector<Vec3f>(3, Vec3f::Zero()), .id = {0, 1, 2}, .body = {0, 1, 2}, .radius = 0.1};
+  return {.position = {Vec3f(-0.5f, -0.5f, 0.5f), Vec3f(0.4f, -0.5f, 0.5f), Vec3f(0, 0, 0.5f)}, .velocity = std::vector<Vec3f>(3, Vec3f::Zero()),
+          .id = {0, 1, 2}, .body = {0, 1, 2}, .radius = 0.1};
 }
 
 render::Image traced(const render::Setting& setting, const std::vector<surface::Mesh>& meshes, const render::Grains& grains) {
@@ -292,7 +295,8 @@ TEST(Bodies, BlurByTheirOwnVelocity) {
   render::Setting setting = three_bodies();
   setting.camera.shutter = 0.5;
   const render::Image still = traced(setting, two_balls(), {}), moving = traced(setting, two_balls(Vec3f(12, 0, 0)), {});
-  const auto partly = [&](const render::Image& image, std::int64_t x0, std::int64_t x1) {   // pixels along a row that a ball covers for a part of the time
+  const auto partly = [&](const render::Image& image, std::int64_t x0,
+                          std::int64_t x1) {   // pixels along a row that a ball covers for a part of the time
     int count = 0;
     for (std::int64_t x = x0; x < x1; ++x) count += channel(image, "albedo.R", x, 50) > 0.05 && channel(image, "albedo.R", x, 50) < 0.95;
     return count;
@@ -365,8 +369,10 @@ class SetMesh : public testing::Test {
 };
 
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3 4\n";
-const std::string kPly = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\n"
-                         "end_header\n0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n";
+const std::string kPly =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int "
+    "vertex_indices\n"
+    "end_header\n0 0 0\n1 0 0\n0 0 1\n3 0 1 2\n";
 const std::string kStl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
 
 /// One facet in STL's binary form, said to be `count`.

@@ -192,7 +192,9 @@ TEST(View, ShowsAllCornersOfTheDomainWhenNoCameraIsNamed) {
     const render::view::View v = render::view::resolve({}, domain, 960, 540);
     double widest = 0;
     for (int i = 0; i < 8; ++i) {
-      const Vec3 p = Vec3((i & 1 ? domain.upper : domain.lower).x(), (i & 2 ? domain.upper : domain.lower).y(), (i & 4 ? domain.upper : domain.lower).z()) - v.position;
+      const Vec3 p =
+          Vec3((i & 1 ? domain.upper : domain.lower).x(), (i & 2 ? domain.upper : domain.lower).y(), (i & 4 ? domain.upper : domain.lower).z()) -
+          v.position;
       ASSERT_GT(p.dot(v.forward), 0);
       const double x = std::abs(p.dot(v.right)) / p.dot(v.forward) / v.tan_x, y = std::abs(p.dot(v.up)) / p.dot(v.forward) / v.tan_y;
       EXPECT_LT(std::max(x, y), 0.95);

@@ -24,7 +24,8 @@ void set_white(render::Setting& setting) {
 double furnace_error(const render::Image& image) {
   double worst = 0;
   for (std::int64_t y = 0; y < image.height; ++y)
-    for (std::int64_t x = 0; x < image.width; ++x) worst = std::max(worst, (mean_color(image, x, y, x + 1, y + 1) - Vec3::Ones()).cwiseAbs().maxCoeff());
+    for (std::int64_t x = 0; x < image.width; ++x)
+      worst = std::max(worst, (mean_color(image, x, y, x + 1, y + 1) - Vec3::Ones()).cwiseAbs().maxCoeff());
   return worst;
 }
 

@@ -85,7 +85,8 @@ TEST(ImportanceSampling, AgreesWithEachStrategyAlone) {
   const render::Light area{.kind = "area", .position = Vec3(0.5, 0, 1.5), .target = Vec3(0, 0, 0.3), .width = 1, .height = 1, .intensity = 4};
   const render::Light sphere{.kind = "sphere", .position = Vec3(-0.5, 0.6, 1.4), .radius = 0.4, .intensity = 5};
   const render::Light sun{.kind = "sun", .direction = Vec3(0.3, 0.5, -1), .angle = 30, .intensity = 1};
-  const render::Look metal{.model = "conductor", .color = Vec3(0.9, 0.6, 0.3), .roughness = 0.5}, plastic{.model = "coated", .color = Vec3(0.1, 0.3, 0.5), .roughness = 0.5};
+  const render::Look metal{.model = "conductor", .color = Vec3(0.9, 0.6, 0.3), .roughness = 0.5},
+      plastic{.model = "coated", .color = Vec3(0.1, 0.3, 0.5), .roughness = 0.5};
   for (const int kind : {0, 1, 2, 3})
     for (const auto& look : {metal, plastic}) {
       render::Setting setting = empty_setting();
@@ -167,7 +168,8 @@ TEST(NestedDielectrics, TransmitAsTheirLayersDo) {
   lit.lights = {{.kind = "area", .position = Vec3(0, 0, 6), .target = Vec3(0, 0, 0), .width = 0.02, .height = 0.02, .intensity = 1e4}};
   render::Setting open = lit;
   open.colliders.clear();
-  const Vec3 shaded = Rays(lit).mean(Vec3(0.1, 0, 0.15), Vec3(0, 0, 0), 2, 16).value, clear = Rays(open).mean(Vec3(0.1, 0, 0.15), Vec3(0, 0, 0), 2, 16).value;
+  const Vec3 shaded = Rays(lit).mean(Vec3(0.1, 0, 0.15), Vec3(0, 0, 0), 2, 16).value,
+             clear = Rays(open).mean(Vec3(0.1, 0, 0.15), Vec3(0, 0, 0), 2, 16).value;
   for (int c = 0; c < 3; ++c) {
     const double depth = 0.2 * setting.looks["glass"].absorption[c] + 0.4 * setting.looks["juice"].absorption[c];
     EXPECT_NEAR(shaded[c] / clear[c], (1 - reflection[0]) * (1 - reflection[1]) * (1 - reflection[2]) * std::exp(-depth), 2e-4) << c;
@@ -181,7 +183,8 @@ TEST(NestedDielectrics, HoldTheCamera) {
   setting.colliders = {block("water", {Vec3(-5, -5, -5), Vec3(5, 5, 1)})};
   setting.lights = {{.kind = "area", .position = Vec3(0, 0, 2), .target = Vec3(0, 0, 0), .width = 3, .height = 3, .intensity = 1}};
   const Mean seen = Rays(setting).mean(Vec3(0, 0, 0.5), Vec3(0, 0, 1), 2, 16);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen.value[c], (1 - straight_on(1, 1.333)) * std::exp(-0.5 * setting.looks["water"].absorption[c]), 1e-4) << c;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(seen.value[c], (1 - straight_on(1, 1.333)) * std::exp(-0.5 * setting.looks["water"].absorption[c]), 1e-4) << c;
   setting.looks["water"].absorption.setZero();
   setting.lights = {uniform_sky(1)};
   EXPECT_LT((Rays(setting).mean(Vec3(0, 0, 0.5), Vec3(0.3, 0.2, 1), 4, 64).value - Vec3::Ones()).norm(), 1e-3);
@@ -216,14 +219,16 @@ TEST(Ground, OfAStudioBendsUpBehindTheDomain) {
   EXPECT_NEAR(bend.normal.norm(), 1, 1e-6);
   EXPECT_EQ(met(Vec3f(0, 0, 1), Vec3f(0, -1, 2)).t, std::numeric_limits<float>::infinity()) << "nothing is behind the camera";
   setting.options.ground = "none";
-  EXPECT_EQ(trace::make_scene(setting).ground.meet({.origin = Vec3f(0, 0, 1), .direction = -Vec3f::UnitZ()}).t, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(trace::make_scene(setting).ground.meet({.origin = Vec3f(0, 0, 1), .direction = -Vec3f::UnitZ()}).t,
+            std::numeric_limits<float>::infinity());
 }
 
 // A light's density there is more than a float's square holds.
 TEST(Ground, IsLitHoweverFarAway) {
   render::Setting setting = empty_setting();
   setting.options.ground = "cyclorama";
-  setting.lights = {{.kind = "sphere", .position = Vec3(0, 0, 2), .radius = 0.1}, {.kind = "area", .position = Vec3(0, 0, 2), .target = Vec3(0, 0, 0)}};
+  setting.lights = {{.kind = "sphere", .position = Vec3(0, 0, 2), .radius = 0.1},
+                    {.kind = "area", .position = Vec3(0, 0, 2), .target = Vec3(0, 0, 0)}};
   for (const double far : {1e3, 1e6, 1e9, 1e12}) EXPECT_TRUE(Rays(setting).mean(Vec3(0, 0, 1), Vec3(far, 0, 0), 2, 16).value.allFinite()) << far;
 }
 

@@ -27,7 +27,8 @@ Material conductor(const Vec3f& color, float roughness, const Vec3f& edge = Vec3
 }
 
 Material coated(const Vec3f& color, float roughness, float ior = 1.5f) {
-  Material m{.model = Model::coated, .color = color, .ior = ior, .alpha = roughness * roughness, .albedo = trace::coat_albedo(roughness * roughness, ior)};
+  Material m{
+      .model = Model::coated, .color = color, .ior = ior, .alpha = roughness * roughness, .albedo = trace::coat_albedo(roughness * roughness, ior)};
   m.inside = 1 - (1 - m.albedo.mean) / (ior * ior);
   return m;
 }
@@ -156,7 +157,8 @@ TEST(Bsdf, IsReciprocal) {
         const float there = RoughDielectric(glass, false, v).value(w).x() / w.z(), back = RoughDielectric(glass, false, w).value(v).x() / v.z();
         EXPECT_NEAR(there, back, 2e-4 * std::abs(there)) << roughness;
         // across: what is looked at from w sees v above as n^2 times brighter as v sees w
-        const float through = RoughDielectric(glass, false, v).value(below).x() / w.z(), up = RoughDielectric(glass, true, w).value(Vec3f(v.x(), v.y(), -v.z())).x() / v.z();
+        const float through = RoughDielectric(glass, false, v).value(below).x() / w.z(),
+                    up = RoughDielectric(glass, true, w).value(Vec3f(v.x(), v.y(), -v.z())).x() / v.z();
         ASSERT_GT(through, 0);
         EXPECT_NEAR(through * 2.25f, up, 1e-3 * up) << roughness << " " << a << " " << b;
       }
@@ -205,7 +207,8 @@ render::Setting furnace(Furnace kind) {
   if (kind == Furnace::six_areas)
     for (int axis = 0; axis < 3; ++axis)
       for (const double side : {-2.0, 2.0})
-        setting.lights.push_back({.kind = "area", .position = Vec3(0, 0, 0.5) + side * Vec3::Unit(axis), .target = Vec3(0, 0, 0.5), .width = 4, .height = 4, .intensity = 1});
+        setting.lights.push_back({.kind = "area", .position = Vec3(0, 0, 0.5) + side * Vec3::Unit(axis), .target = Vec3(0, 0, 0.5), .width = 4,
+                                  .height = 4, .intensity = 1});
   return setting;
 }
 

@@ -45,7 +45,8 @@ render::Setting coloured(std::int64_t dimension, const std::string& color) {
 double lightness(const Vec3f& c) {
   double y = 0;
   const double weights[] = {0.2126, 0.7152, 0.0722};
-  for (int i = 0; i < 3; ++i) y += weights[i] * (c[i] <= 0.04045f ? static_cast<double>(c[i]) / 12.92 : std::pow((static_cast<double>(c[i]) + 0.055) / 1.055, 2.4));
+  for (int i = 0; i < 3; ++i)
+    y += weights[i] * (c[i] <= 0.04045f ? static_cast<double>(c[i]) / 12.92 : std::pow((static_cast<double>(c[i]) + 0.055) / 1.055, 2.4));
   return 116 * std::cbrt(y) - 16;
 }
 
@@ -90,7 +91,8 @@ TEST(Attribute, IsWhatItsNameSays) {
 TEST(Attribute, OfParticlesIsWhatTheyCarry) {
   sim::Frame frame = full(3, [](const Vec3&) { return Vec3(1, 0, 0); });
   EXPECT_THROW(render::attribute::values(coloured(3, "pressure"), frame), base::Error);
-  for (std::size_t i = 0; i < frame.id.size(); ++i) frame.pressure.push_back(float(i)), frame.strain.push_back(2 * float(i)), frame.mode_energy.push_back(3 * float(i)), frame.body.push_back(i % 2);
+  for (std::size_t i = 0; i < frame.id.size(); ++i)
+    frame.pressure.push_back(float(i)), frame.strain.push_back(2 * float(i)), frame.mode_energy.push_back(3 * float(i)), frame.body.push_back(i % 2);
   EXPECT_EQ(render::attribute::values(coloured(3, "pressure"), frame), frame.pressure);
   EXPECT_EQ(render::attribute::values(coloured(3, "strain"), frame), frame.strain);
   EXPECT_EQ(render::attribute::values(coloured(3, "mode_energy"), frame), frame.mode_energy);

@@ -43,7 +43,9 @@ TEST(Sampler, LetsNeighbouringPixelsCompleteEachOther) {
 }
 
 TEST(Sampler, GivesOtherPointsInOtherFramesPixelsAndDimensions) {
-  const auto x = [](std::int64_t frame, std::uint32_t pixel, std::uint32_t dimension) { return PixelSampler(Sequence(16, frame), pixel, 0).point(5, dimension).x; };
+  const auto x = [](std::int64_t frame, std::uint32_t pixel, std::uint32_t dimension) {
+    return PixelSampler(Sequence(16, frame), pixel, 0).point(5, dimension).x;
+  };
   std::set<float> seen{x(1, 0, 0), x(2, 0, 0), x(1, 1, 0), x(1, 0, 1), x(2, 1, 1)};
   EXPECT_EQ(seen.size(), 5u);
   EXPECT_EQ(x(1, 0, 0), x(1, 0, 0));

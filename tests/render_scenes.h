@@ -75,7 +75,8 @@ inline Vec3 mean_color(const render::Image& image, std::int64_t x0, std::int64_t
   Vec3 sum = Vec3::Zero();
   for (std::int64_t y = y0; y < y1; ++y)
     for (std::int64_t x = x0; x < x1; ++x)
-      for (std::int64_t c = 0; c < 3; ++c) sum[c] += image.pixels[static_cast<std::size_t>((y * image.width + x) * static_cast<std::int64_t>(image.channels.size()) + c)];
+      for (std::int64_t c = 0; c < 3; ++c)
+        sum[c] += image.pixels[static_cast<std::size_t>((y * image.width + x) * static_cast<std::int64_t>(image.channels.size()) + c)];
   return sum / static_cast<double>((x1 - x0) * (y1 - y0));
 }
 inline Vec3 mean_color(const render::Image& image) { return mean_color(image, 0, 0, image.width, image.height); }

@@ -41,7 +41,8 @@ class ProgramTest : public testing::Test {
   /// All files below the folder, by path relative to it.
   std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) names.push_back(std::filesystem::relative(entry.path(), folder).string());
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+      names.push_back(std::filesystem::relative(entry.path(), folder).string());
     std::sort(names.begin(), names.end());
     return names;
   }

@@ -218,13 +218,15 @@ TEST_F(Shot, NamesTheKeysThatAStageReadsOtherwise) {
   const auto changed = [&](const std::vector<std::string>& before, const std::vector<std::string>& now, const std::string& stage) {
     const std::string resolved = read(kLeast, before).resolved;
     std::string text;
-    for (const app::ChangedKey& key : app::changed_keys(resolved, read(kLeast, now), stage)) text += key.key + ": " + key.before + " -> " + key.now + "; ";
+    for (const app::ChangedKey& key : app::changed_keys(resolved, read(kLeast, now), stage))
+      text += key.key + ": " + key.before + " -> " + key.now + "; ";
     return text;
   };
   EXPECT_EQ(changed({}, {}, "simulate"), "");
   EXPECT_EQ(changed({}, {"shot.frames=3", "shot.checkpoint_every=3", "shot.checkpoint_keep=5"}, "simulate"), "");
   EXPECT_EQ(changed({}, {"sim.cell=0.02"}, "simulate"), "");   // the default, written out
-  EXPECT_EQ(changed({}, {"sim.cell=0.1", "body.1.velocity=[1,0,0]"}, "simulate"), "body.column.velocity: [0, 0, 0] -> [1, 0, 0]; sim.cell: 0.02 -> 0.1; ");
+  EXPECT_EQ(changed({}, {"sim.cell=0.1", "body.1.velocity=[1,0,0]"}, "simulate"),
+            "body.column.velocity: [0, 0, 0] -> [1, 0, 0]; sim.cell: 0.02 -> 0.1; ");
   EXPECT_EQ(changed({"sim.cell=0.1"}, {}, "simulate"), "sim.cell: 0.1 -> 0.02; ");
   EXPECT_EQ(changed({}, {"sim.cell=0.1"}, "render"), "");
   EXPECT_EQ(changed({"surface.voxel=0.01"}, {}, "surface"), "surface.voxel: 0.01 -> ; ");
@@ -235,7 +237,8 @@ TEST_F(Shot, NamesTheKeysThatAStageReadsOtherwise) {
 TEST_F(Shot, RenderReadsTheLooksAndLightsThatComeWithTheProgram) {
   app::Shot shot = read(kLeast);
   const std::string text = app::stage_text(shot, "render");
-  for (const std::string part : {"[look.water]", "[look.ground]", "[[light]]"}) EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
+  for (const std::string part : {"[look.water]", "[look.ground]", "[[light]]"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in\n" << text;
   shot.render.looks["ground"].color.x() += 0.125;
   EXPECT_NE(app::stage_text(shot, "render"), text);
   shot = read(kLeast);
@@ -302,7 +305,8 @@ width = 320
 
 TEST_F(Shot, OfTwoDimensionsResolvesToTextThatReadsAsTheSameShot) {
   for (const std::string quality : {"draft", "normal"}) {
-    const app::Shot shot = read(kFlat + "velocity = [1, 0]\n[[effect]]\nacceleration = [0, -1]\n", {"sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"}"}, quality);
+    const app::Shot shot = read(kFlat + "velocity = [1, 0]\n[[effect]]\nacceleration = [0, -1]\n",
+                                {"sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"}"}, quality);
     const app::Shot again = read(shot.resolved);
     EXPECT_EQ(again.resolved, shot.resolved);
     EXPECT_EQ(again.scene.options.domain.upper, base::Vec3(2, 1, 0));
@@ -389,5 +393,6 @@ TEST_F(ShotFile, DrawsABodyAsGrainsWhereItsLookSaysSo) {
   EXPECT_EQ(sand.render.looks.at("sand").grain_variation, 0.5);
   EXPECT_TRUE(read(kLeast).render.draws_surface());
   EXPECT_NE(line(kLeast + "[look.water]\ngrain_size = 2\n").find("look.water.grain_size"), std::string::npos);
-  EXPECT_NE(line(kLeast + "[look.water]\ndraw = \"fur\"\n").find("look.water.draw = \"fur\""), std::string::npos) << line(kLeast + "[look.water]\ndraw = \"fur\"\n");
+  EXPECT_NE(line(kLeast + "[look.water]\ndraw = \"fur\"\n").find("look.water.draw = \"fur\""), std::string::npos)
+      << line(kLeast + "[look.water]\ndraw = \"fur\"\n");
 }

@@ -85,8 +85,8 @@ double slope_of_heap(double friction_angle, double start, double seconds) {
   return slope_of(simulation->frame(), kCell);
 }
 
-/// How high the middle of sand in a box is, over that at first, after it was thrown up, the higher the faster, and fell back. `forgets`: what volume its
-/// grains gained while they were apart, fifty times in each flight.
+/// How high the middle of sand in a box is, over that at first, after it was thrown up, the higher the faster, and fell back. `forgets`: what
+/// volume its grains gained while they were apart, fifty times in each flight.
 double bulk_after_flight(bool forgets, double& highest) {
   Scene scene = walled_scene(2, 0.8, 0.02);
   scene.options.domain.upper.x() = 0.2;
@@ -113,7 +113,8 @@ double bulk_after_flight(bool forgets, double& highest) {
     State state = simulation->state();
     for (Column& c : state.columns)
       if (c.name == "deformation")
-        for (std::int64_t row = 0; row < c.rows; ++row) std::memset(c.bytes.data() + sizeof(double) * std::size_t(row * c.width + 4), 0, sizeof(double));
+        for (std::int64_t row = 0; row < c.rows; ++row)
+          std::memset(c.bytes.data() + sizeof(double) * std::size_t(row * c.width + 4), 0, sizeof(double));
     simulation->restore(state);
   }
   return middle() / start;

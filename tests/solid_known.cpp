@@ -76,7 +76,8 @@ TEST(SolidKnown, ACantileverSwingsAtTheFrequencyOfItsFirstMode) {
   EXPECT_NEAR(peak.value, 2 * line * 0.02 * std::pow(length, 4) / (8 * stiffness), 0.12 * peak.value);
 }
 
-// A disk at rest in its own turning frame: mean J - 1 = rho w^2 R^2 / (4 (lambda + mu)) in plane strain, which the swing of one let go unstrained averages to.
+// A disk at rest in its own turning frame: mean J - 1 = rho w^2 R^2 / (4 (lambda + mu)) in plane strain,
+// which the swing of one let go unstrained averages to.
 TEST(SolidKnown, ASpinningDiskSwellsByWhatItsSpinAsksFor) {
   const Material soft{.model = Elasticity::neo_hookean, .density = 1, .young = 200, .poisson = 0.3};
   Scene scene = open_scene(2, 1, 1.0 / 32);
@@ -126,7 +127,8 @@ TEST(SolidKnown, ASandColumnRunsOutAsFarAsMeasured) {
   EXPECT_GT(height, 0.08);
 }
 
-// The paper's energy test: a compressed square, let go. What full PolyPIC keeps does not depend on how often it is transferred; APIC and PIC lose each time.
+// The paper's energy test: a compressed square, let go. What full PolyPIC keeps does not depend on how often it is transferred;
+// APIC and PIC lose each time.
 TEST(SolidKnown, ACompressedSquareKeepsItsEnergyByTransfer) {
   const auto kept = [](const char* transfer, std::int64_t modes, double sound_cfl) {
     Scene scene = open_scene(2, 1, 1.0 / 32);
@@ -139,7 +141,8 @@ TEST(SolidKnown, ACompressedSquareKeepsItsEnergyByTransfer) {
     const double start = energy(simulation->totals());
     return energy(run(*simulation, 5).back()) / start;
   };
-  const double pic = kept("pic", 0, 0.3), flip = kept("flip", 0, 0.3), apic = kept("apic", 0, 0.3), six = kept("polypic", 6, 0.3), nine = kept("polypic", 0, 0.3);
+  const double pic = kept("pic", 0, 0.3), flip = kept("flip", 0, 0.3), apic = kept("apic", 0, 0.3), six = kept("polypic", 6, 0.3),
+               nine = kept("polypic", 0, 0.3);
   EXPECT_LT(pic, 0.5);
   EXPECT_GT(apic, pic);
   EXPECT_GT(six, apic);
@@ -149,5 +152,6 @@ TEST(SolidKnown, ACompressedSquareKeepsItsEnergyByTransfer) {
   const double apic_often = kept("apic", 0, 0.3 / 16), nine_often = kept("polypic", 0, 0.3 / 16);
   EXPECT_LT(apic_often, apic);
   EXPECT_GT(nine_often, 0.95 * nine);
-  std::printf("energy kept: pic %.3f flip %.3f apic %.3f polypic 6 %.3f 9 %.3f; at dt/16 apic %.3f polypic 9 %.3f\n", pic, flip, apic, six, nine, apic_often, nine_often);
+  std::printf("energy kept: pic %.3f flip %.3f apic %.3f polypic 6 %.3f 9 %.3f; at dt/16 apic %.3f polypic 9 %.3f\n", pic, flip, apic, six, nine,
+              apic_often, nine_often);
 }

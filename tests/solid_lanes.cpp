@@ -126,7 +126,8 @@ Difference difference(const Group<3, Real>& a, const Group<3, double>& b) {
   return d;
 }
 
-/// The response written out with Eigen's decomposition: F = (I + change) F0 = U diag(s) V^T, s' = return(s), F' = U diag(s') V^T, tau = U diag(t(s')) U^T.
+/// The response written out with Eigen's decomposition: F = (I + change) F0 = U diag(s) V^T, s' = return(s), F' = U diag(s') V^T,
+/// tau = U diag(t(s')) U^T.
 struct Expected {
   Dense<3> f, stress;
   double state = 0;
@@ -163,7 +164,8 @@ TEST(SolidLanes, EveryModelRespondsAsItsDefinitionSays) {
       for (int n = 0; n < 3000; ++n) {
         const bool is_liquid = std::is_same_v<std::decay_t<decltype(model)>, Liquid>;
         const double size = std::pow(10, -double(n % 4)) * (n % 4 ? 1 : 0.45);
-        const Dense<3> before = is_liquid ? Dense<3>(Dense<3>::Identity()) : Dense<3>(random_rotation<3>(rng) * (Dense<3>::Identity() + size * random_matrix<3>(rng)));
+        const Dense<3> before =
+            is_liquid ? Dense<3>(Dense<3>::Identity()) : Dense<3>(random_rotation<3>(rng) * (Dense<3>::Identity() + size * random_matrix<3>(rng)));
         const Dense<3> change = Dense<3>::Identity() + 0.1 * size * random_matrix<3>(rng);
         if (before.determinant() < 0.05) continue;
         Deformation<double, 3> p{displacement_gradient<3>(before), 0.01};

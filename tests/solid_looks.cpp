@@ -62,7 +62,9 @@ struct Seen {
   base::Vec3 albedo = base::Vec3::Zero();
 };
 std::map<int, Seen> seen_in(const render::Image& image) {
-  const auto at = [&](const char* name) { return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) - image.channels.begin()); };
+  const auto at = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), name) - image.channels.begin());
+  };
   const std::size_t id = at("id"), red = at("albedo.R"), green = at("albedo.G"), blue = at("albedo.B");
   std::map<int, Seen> seen;
   for (std::size_t i = 0; i < image.pixels.size(); i += image.channels.size()) {
@@ -80,7 +82,8 @@ std::map<int, Seen> seen_in(const render::Image& image) {
 TEST_F(SolidLooks, AreSeenInOnePicture) {
   const app::Shot shot = read(kThree);
   const app::Folder made = make(shot, "out", {app::Stage::simulate, app::Stage::surface, app::Stage::render});
-  EXPECT_EQ(grids_of(made), (std::vector<std::string>{"surface", "vel", "surface_jelly", "vel_jelly", "surface_ball", "vel_ball", "surface_heap", "vel_heap"}));
+  EXPECT_EQ(grids_of(made),
+            (std::vector<std::string>{"surface", "vel", "surface_jelly", "vel_jelly", "surface_ball", "vel_ball", "surface_heap", "vel_heap"}));
   std::map<int, Seen> seen = seen_in(render::read_image(made.image(2, ".exr")));
   EXPECT_EQ(seen[2].pixels, 0) << "nothing is around all";
   for (const int id : {3, 4, 5}) EXPECT_GT(seen[id].pixels, 150) << id;

@@ -44,7 +44,9 @@ Surface ring(int n, double tube) {
   return s;
 }
 
-ClosedMesh closed(const Surface& s, double scale = 1, const base::Vec3& translate = base::Vec3::Zero()) { return {s.corners, s.triangles, scale, translate}; }
+ClosedMesh closed(const Surface& s, double scale = 1, const base::Vec3& translate = base::Vec3::Zero()) {
+  return {s.corners, s.triangles, scale, translate};
+}
 
 }  // namespace
 
@@ -125,7 +127,8 @@ TEST(SolidMesh, ABodyOfAMeshHasItsVolumeAndMoves) {
   const Totals start = simulation->totals();
   EXPECT_NEAR(start.volume, volume, 0.01 * volume);
   EXPECT_NEAR(start.linear_momentum.x(), 0.5 * start.mass, 1e-9 * start.mass);
-  const double about_middle = start.angular_momentum.z() + 0.5 * start.linear_momentum.x(), turning = 2 * start.mass * (0.2 * 0.2 + 0.75 * 0.08 * 0.08);
+  const double about_middle = start.angular_momentum.z() + 0.5 * start.linear_momentum.x(),
+               turning = 2 * start.mass * (0.2 * 0.2 + 0.75 * 0.08 * 0.08);
   EXPECT_NEAR(about_middle, turning, 0.03 * turning);
   const auto totals = run(*simulation, 2);
   EXPECT_LT((totals[2].linear_momentum - start.linear_momentum).norm(), 1e-11 * start.mass);

@@ -22,8 +22,9 @@ shape = { box = [[0.2, 0.2, 0.2], [0.6, 0.6, 0.6]] }
 }  // namespace
 
 TEST_F(SolidShot, TakesAPresetAndChangesItsConstants) {
-  const app::Shot shot = read(kSolid + "material = { preset = \"clay\", young = 5e6 }\nspin = [0, 0, 3]\ntransfer = \"polypic\"\nmodes = 8\ncarry = \"limited\"\n" +
-                              "[[collider]]\nname = \"post\"\nshape = { sphere = { center = [0, 0, 0], radius = 0.1 } }\ncontact = \"sticky\"\n");
+  const app::Shot shot =
+      read(kSolid + "material = { preset = \"clay\", young = 5e6 }\nspin = [0, 0, 3]\ntransfer = \"polypic\"\nmodes = 8\ncarry = \"limited\"\n" +
+           "[[collider]]\nname = \"post\"\nshape = { sphere = { center = [0, 0, 0], radius = 0.1 } }\ncontact = \"sticky\"\n");
   ASSERT_EQ(shot.scene.bodies.size(), 1u);
   const sim::Body& body = shot.scene.bodies[0];
   EXPECT_EQ(body.material, "clay");
@@ -55,18 +56,20 @@ TEST_F(SolidShot, EveryPresetIsAMaterialWithALookAndASource) {
 
 TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
   const std::vector<std::pair<std::string, std::string>> table = {
-    {"material = { poisson = 0.5 }\n", "x.toml:6:24: body.cube.material.poisson = 0.5: must be between -1 and 0.5 (both excluded)"},
-    {"material = { young = 0 }\n", "x.toml:6:22: body.cube.material.young = 0 Pa: must be above 0"},
-    {"material = { density = 0 }\n", "x.toml:6:24: body.cube.material.density = 0 kg/m^3: must be above 0"},
-    {"material = { plasticity = \"snow\" }\n",
-     "x.toml:6:27: body.cube.material.plasticity = \"snow\": needs model \"hencky\", or \"fixed_corotated\" for snow"},
-    {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: has no effect with the other values given here"},
-    {"material = \"water\"\n", "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
-                              "or \"water_mpm\", or a table with preset and keys"},
-    {"modes = 4\ntransfer = \"apic\"\n", "x.toml:6:9: body.cube.modes = 4: needs transfer = \"polypic\""},
-    {"look = \"steel\"\n[[body]]\nname = \"the other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
-     "x.toml:8:8: body.2.name = \"the other\": must be letters, digits, _ or -, and begin with a letter"},   // of grids, too
-    {"[surface]\nvel_name = \"surface_cube\"\n", "x.toml:7:12: surface.vel_name = \"surface_cube\": must be a name other than surface, and not begin with surface_"},
+      {"material = { poisson = 0.5 }\n", "x.toml:6:24: body.cube.material.poisson = 0.5: must be between -1 and 0.5 (both excluded)"},
+      {"material = { young = 0 }\n", "x.toml:6:22: body.cube.material.young = 0 Pa: must be above 0"},
+      {"material = { density = 0 }\n", "x.toml:6:24: body.cube.material.density = 0 kg/m^3: must be above 0"},
+      {"material = { plasticity = \"snow\" }\n",
+       "x.toml:6:27: body.cube.material.plasticity = \"snow\": needs model \"hencky\", or \"fixed_corotated\" for snow"},
+      {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: has no effect with the other values given here"},
+      {"material = \"water\"\n",
+       "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
+       "or \"water_mpm\", or a table with preset and keys"},
+      {"modes = 4\ntransfer = \"apic\"\n", "x.toml:6:9: body.cube.modes = 4: needs transfer = \"polypic\""},
+      {"look = \"steel\"\n[[body]]\nname = \"the other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
+       "x.toml:8:8: body.2.name = \"the other\": must be letters, digits, _ or -, and begin with a letter"},   // of grids, too
+      {"[surface]\nvel_name = \"surface_cube\"\n",
+       "x.toml:7:12: surface.vel_name = \"surface_cube\": must be a name other than surface, and not begin with surface_"},
   };
   for (const auto& [text, expected] : table) EXPECT_EQ(line(kSolid + text), expected) << text;
   EXPECT_EQ(line(kSolid, {"sim.kernel=linear"}),
@@ -77,7 +80,8 @@ TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
 // Whether each body gets a surface of its own is the surface stage's business, which looks they have is not.
 TEST_F(SolidShot, HasASurfaceForEachBodyWhereLooksDiffer) {
   const auto two = [&](const std::string& first, const std::string& second) {
-    return read(kSolid + "look = \"" + first + "\"\n[[body]]\nname = \"other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"" + second + "\"\n");
+    return read(kSolid + "look = \"" + first +
+                "\"\n[[body]]\nname = \"other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"" + second + "\"\n");
   };
   const app::Shot same = two("clay", "clay"), differ = two("clay", "steel"), grains = two("dry_sand", "wet_sand"), mixed = two("clay", "wet_sand");
   EXPECT_FALSE(same.render.parts_bodies());
@@ -98,7 +102,8 @@ TEST_F(SolidShot, HasASurfaceForEachBodyWhereLooksDiffer) {
 TEST_F(SolidShot, TakesABodyFromAClosedMeshAndRefusesAnOpenOne) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", closed = corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
   const auto write = [&](const std::string& text) { std::ofstream(folder / "m.obj") << text; };
-  const std::string text = "[sim]\nsolver = \"solid\"\n[[body]]\nname = \"piece\"\nshape = { mesh = { file = \"m.obj\", scale = 0.5, translate = [0.1, 0.1, 0.1] } }\n";
+  const std::string text =
+      "[sim]\nsolver = \"solid\"\n[[body]]\nname = \"piece\"\nshape = { mesh = { file = \"m.obj\", scale = 0.5, translate = [0.1, 0.1, 0.1] } }\n";
   write(closed);
   const app::Shot shot = read(text);
   const sim::Shape& shape = shot.scene.bodies.at(0).shape;
@@ -109,7 +114,8 @@ TEST_F(SolidShot, TakesABodyFromAClosedMeshAndRefusesAnOpenOne) {
   write(closed + "# changed\n");
   EXPECT_NE(app::stage_text(read(text), "simulate"), before);
   write(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\n");
-  EXPECT_NE(line(text).find("m.obj: is not closed: 3 of its edges have a triangle on one side only, the first from ("), std::string::npos) << line(text);
+  EXPECT_NE(line(text).find("m.obj: is not closed: 3 of its edges have a triangle on one side only, the first from ("), std::string::npos)
+      << line(text);
   std::filesystem::remove(folder / "m.obj");
   EXPECT_NE(line(text).find("m.obj: "), std::string::npos);
   EXPECT_NE(line(kSolid + "[[collider]]\nname = \"post\"\nshape = { mesh = { file = \"m.obj\" } }\n"), "no error");   // of bodies alone

@@ -43,7 +43,8 @@ double wave_speed(const Bar& bar) {
   scene.options.seeding = bar.seeding;
   scene.options.particles_per_cell = bar.particles_per_cell;
   set_transfer(scene.options, bar.transfer);
-  scene.bodies = {block({0, 0, 0}, {length, 8 * kCell, 0}, {.model = Elasticity::fixed_corotated, .density = kDensity, .young = kYoung, .poisson = kPoisson})};
+  scene.bodies = {
+      block({0, 0, 0}, {length, 8 * kCell, 0}, {.model = Elasticity::fixed_corotated, .density = kDensity, .young = kYoung, .poisson = kPoisson})};
   constexpr int kFrames = 200;         // in a period
   const auto simulation = make_simulation(scene, kFrames / period);
   const auto sines = [&](const State& state) {
@@ -97,7 +98,8 @@ TEST(SolidWaves, TravelWithTheDispersionOfTheGrid) {
     const double measured = wave_speed({.cells = cells});
     EXPECT_NEAR(measured, speed_on_the_grid(cells), 5e-4) << cells;
     slow.push_back(1 - measured);
-    EXPECT_NEAR(wave_speed({.cells = cells, .transfer = "apic"}), speed_on_the_grid(cells), cells == 8 ? 1e-2 : 2e-3) << cells;   // its losses shift the phase
+    EXPECT_NEAR(wave_speed({.cells = cells, .transfer = "apic"}), speed_on_the_grid(cells), cells == 8 ? 1e-2 : 2e-3)
+        << cells;   // its losses shift the phase
   }
   EXPECT_GT(slow[0], 0.05);
   EXPECT_LT(slow[2], 0.006);

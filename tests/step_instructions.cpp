@@ -20,6 +20,6 @@ int main() {
   base::Ledger ledger(sim::plan_of(scene));
   for (int frame = 0; frame < 2; ++frame) simulation->advance(ledger, {});
   const sim::Totals totals = simulation->totals();
-  std::printf("%lld particles, %lld steps in the last frame, %016llx\n", static_cast<long long>(totals.particles), static_cast<long long>(totals.substeps),
-              static_cast<unsigned long long>(totals.state_hash));
+  std::printf("%lld particles, %lld steps in the last frame, %016llx\n", static_cast<long long>(totals.particles),
+              static_cast<long long>(totals.substeps), static_cast<unsigned long long>(totals.state_hash));
 }

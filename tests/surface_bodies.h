@@ -79,7 +79,9 @@ inline surface::Mesh mesh_of(const sim::Frame& frame, const surface::Options& op
   return surface::read_surface(file.path(), options, ledger);
 }
 
-inline Vec3 corner(const surface::Mesh& mesh, const std::array<std::uint32_t, 4>& quad, int i) { return mesh.position[quad[std::size_t(i)]].cast<double>(); }
+inline Vec3 corner(const surface::Mesh& mesh, const std::array<std::uint32_t, 4>& quad, int i) {
+  return mesh.position[quad[std::size_t(i)]].cast<double>();
+}
 
 /// Twice the vector area is the cross product of the diagonals; a triangle's last vertex is repeated.
 inline Vec3 vector_area(const surface::Mesh& mesh, const std::array<std::uint32_t, 4>& quad) {

@@ -103,7 +103,8 @@ TEST_F(Parts, TogetherAreTheSurfaceAroundAll) {
     const double from_ball = (both.position[v].cast<double>() - kMiddle).norm() - 0.1, from_block = 0.4 - both.position[v].x();
     if (from_ball + 4 * kVoxel < std::fabs(from_block)) of_ball += (both.velocity[v] - kOfBall).norm() < 1e-3f;
     else if (from_ball > 4 * kVoxel) of_block += (both.velocity[v] - kOfBlock).norm() < 1e-3f;
-    EXPECT_FALSE(from_block < 4 * kVoxel && from_block > -4 * kVoxel && (both.position[v].cast<double>() - kMiddle).tail<2>().norm() < 2 * kVoxel) << "between ball and block";
+    EXPECT_FALSE(from_block < 4 * kVoxel && from_block > -4 * kVoxel && (both.position[v].cast<double>() - kMiddle).tail<2>().norm() < 2 * kVoxel)
+        << "between ball and block";
   }
   EXPECT_GT(of_ball, 1000u);
   EXPECT_GT(of_block, 1000u);

@@ -69,7 +69,8 @@ TEST(Points, ComeBackInTheOrderOfTheirIds) {
 TEST(Points, KeepWhatElseTheyCarry) {
   const TemporaryFile file;
   sim::Frame frame = scattered(3000);
-  for (std::size_t i = 0; i < frame.id.size(); ++i) frame.pressure.push_back(float(i) - 7.25f), frame.strain.push_back(1e-3f * float(i)), frame.body.push_back(i % 3);
+  for (std::size_t i = 0; i < frame.id.size(); ++i)
+    frame.pressure.push_back(float(i) - 7.25f), frame.strain.push_back(1e-3f * float(i)), frame.body.push_back(i % 3);
   const sim::Frame back = written_and_read(file.path(), frame);
   EXPECT_EQ(back.pressure, frame.pressure);
   EXPECT_EQ(back.strain, frame.strain);

@@ -25,13 +25,13 @@ TEST_F(Verify, EveryQuickCasePasses) {
   for (const Json& c : cases) {
     EXPECT_TRUE(c.at("passed").get<bool>()) << c.dump(2);
     EXPECT_TRUE(names.insert(c.at("name")).second) << c.at("name");
-    for (const char* key : {"transfer", "kernel", "integrator", "expect", "outcome",
-                            "source"}) EXPECT_FALSE(c.at(key).get<std::string>().empty()) << c.at("name") << " " << key;
+    for (const char* key : {"transfer", "kernel", "integrator", "expect", "outcome", "source"})
+      EXPECT_FALSE(c.at(key).get<std::string>().empty()) << c.at("name") << " " << key;
     EXPECT_LE(c.at("value").get<double>(), c.at("tolerance").get<double>()) << c.at("name");
   }
   const std::string page = text_of(folder / "out/verify/report.html");
-  for (const char* part : {"At a glance", "The slowest", "polypic 0.", "threads", "energy curves and"}) EXPECT_NE(page.find(part),
-      std::string::npos) << part;
+  for (const char* part : {"At a glance", "The slowest", "polypic 0.", "threads", "energy curves and"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image"), std::string::npos);
   EXPECT_EQ(page.find("http://") == std::string::npos || page.find("src=\"http") == std::string::npos, true);
@@ -64,6 +64,24 @@ TEST_F(Verify, RefusesACaseThatQuickLeavesOut) {
   const Outcome outcome = run({"verify", "swelling_by_spin/3d/apic/double", "--quick"});
   EXPECT_EQ(outcome.exit, 2);
   EXPECT_EQ(outcome.err, "polypic: swelling_by_spin/3d/apic/double: --quick leaves out every case of this name (without --quick they run)\n");
+}
+
+// Every shipped shot is a case; a program that lies alone has none, and says so.
+TEST_F(Verify, SaysThatCasesOfShotsNeedTheShots) {
+  std::filesystem::copy_file(POLYPIC_PROGRAM, log / "polypic");
+  const auto alone = [&](const std::string& words) {
+    const int status = std::system(("cd '" + folder.string() + "' && ../polypic verify " + words + " >../out 2>../err").c_str());
+    return Outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 255, text_of(log / "out"), text_of(log / "err")};
+  };
+  const std::string needs = "threads_and_restarts needs the shipped shots, and none lie beside the program\n";
+  const Outcome some = alone("return_mapping/snow/3d");
+  EXPECT_EQ(some.exit, 0) << some.err;
+  EXPECT_NE(some.out.find("1 case: 1 passed, 0 failed; not built, and counted apart: "), std::string::npos) << some.out;
+  EXPECT_NE(some.out.find("left out: " + needs), std::string::npos) << some.out;
+  EXPECT_EQ(run({"verify", "return_mapping/snow/3d"}).out.find("left out"), std::string::npos);
+  const Outcome refused = alone("threads_and_restarts/sand");
+  EXPECT_EQ(refused.exit, 2);
+  EXPECT_EQ(refused.err, "polypic: threads_and_restarts/sand: needs the shipped shots, and none lie beside the program\n");
 }
 
 TEST_F(Verify, ListsItsCases) {

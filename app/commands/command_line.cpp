@@ -4,6 +4,8 @@
 #include <charconv>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "app/commands/help.h"
 #include "app/commands/request.h"
 #include "app/version.h"
@@ -31,7 +33,8 @@ FrameRange frames_from(const std::string& text) {
   const std::size_t dash = text.find('-');
   const auto first = count_in(text.substr(0, dash), kMostFrames);
   const auto last = dash == std::string::npos ? first : count_in(text.substr(dash + 1), kMostFrames);
-  if (!first || !last || *last < *first) refuse("--frames " + text, "must be A or A-B, counted from 1");
+  if (!first || !last) refuse("--frames " + text, "must be A or A-B, counted from 1");
+  if (*last < *first) refuse("--frames " + text, "ends before it begins", fmt::format("did you mean {}-{}?", *last, *first));
   return {*first, *last};
 }
 
@@ -60,7 +63,8 @@ double number_from(const std::string& option, const std::string& text, double mo
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool whole = failure == std::errc() && end == text.data() + text.size();
-  if (!whole || !(value >= 0 && value <= most)) refuse(option + " " + text, most < 1000 ? "must be a number from 0 to " + base::to_text(most) : "must be a number, 0 or above");
+  if (!whole || !(value >= 0 && value <= most))
+    refuse(option + " " + text, most < 1000 ? "must be a number from 0 to " + base::to_text(most) : "must be a number, 0 or above");
   return value;
 }
 
@@ -146,12 +150,27 @@ std::string shell_line(int count, const char* const* words) {
   std::string line = "polypic";
   for (int i = 1; i < count; ++i) {
     const std::string word = words[i];
-    const bool plain = !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%") == std::string::npos;
+    const bool plain =
+        !word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%") == std::string::npos;
     std::string quoted;
     for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
     line += " " + (plain ? word : "'" + quoted + "'");
   }
   return line;
+}
+
+/// An option that another makes idle says so.
+void refuse_idle_options(const Request& request) {
+  const auto refuse_beside = [](const std::string& option, const std::string& other, const std::string& why) {
+    refuse(option, "has no effect with " + other + ": " + why);
+  };
+  const std::pair<const char*, bool> of_studies[] = {{"--vary", !request.vary.empty()}, {"--repeats", request.repeats.has_value()},
+                                                     {"--frames", request.frames.has_value()}, {"--out", request.out.has_value()},
+                                                     {"--dry-run", request.dry_run}};
+  for (const auto& [option, is_given] : of_studies)
+    if (request.single && is_given) refuse_beside(option, "--single", "the problem runs once, as --set makes it");
+  if (request.example && !request.subject.empty()) refuse(request.subject, "has no effect with --example: it is a complete shot");
+  if (request.json && request.dry_run) refuse_beside("--json", "--dry-run", "nothing is measured");
 }
 
 Request answer(std::string text) {
@@ -168,7 +187,10 @@ std::string version_text() {
 // CLI11's complaint in our words.
 [[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
   const std::string text = error.what(), hint = "see polypic " + name + " --help";
-  if (!command.remaining().empty()) refuse(command.remaining().front(), "not an option of polypic " + name, hint);
+  if (!command.remaining().empty()) {
+    const std::string word = command.remaining().front();
+    refuse(word, (word.starts_with('-') ? "not an option of polypic " : "is one word too many for polypic ") + name, hint);
+  }
   if (name == "cost" && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) refuse("cost", "needs a shot or a problem", hint);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs one value", hint);
   refuse("", text.substr(0, text.find('\n')), hint);
@@ -197,17 +219,20 @@ Request parse_command_line(int count, const char* const* given) {
   }
   request.overrides.quality = words.quality;
   if (words.frames) request.frames = frames_from(*words.frames);
-  if (first == "sheet" && request.frames && request.frames->last != request.frames->first) refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
+  if (first == "sheet" && request.frames && request.frames->last != request.frames->first)
+    refuse("--frames " + *words.frames, "must be one frame: a sheet shows one moment");
   if (words.threads) request.threads = threads_from(*words.threads);
   if (words.repeats) request.repeats = repeats_from(*words.repeats);
   request.line = shell_line(count, given);
   if (words.fail) request.fail = number_from("--fail", *words.fail, std::numeric_limits<double>::max());
   if (words.fail_percent) request.fail_percent = number_from("--fail-percent", *words.fail_percent, 100);
-  if (words.out && words.out->empty()) refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");
+  if (words.out && words.out->empty())
+    refuse("--out", first == "diff" || first == "sheet" ? "needs the name of a .png file" : "needs the name of a directory");
   if (words.out) request.out = *words.out;
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");
   if (words.graph) request.graph = *words.graph;
+  refuse_idle_options(request);
   return request;
 }
 

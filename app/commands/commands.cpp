@@ -1,5 +1,8 @@
 #include "app/commands/commands.h"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -33,14 +36,21 @@ int fail(const base::Complaint& complaint, int code, bool json) {
   std::fprintf(stderr, "polypic: %s\n", base::to_line(complaint).c_str());
   if (!json) return code;
   Json error = {{"code", code}};
-  const std::pair<const char*, const std::string&> texts[] = {{"file", complaint.file},   {"key", complaint.key},         {"value", complaint.value},
-                                                              {"allowed", complaint.allowed}, {"hint", complaint.hint}, {"message", complaint.message}};
+  const std::pair<const char*, const std::string&> texts[] = {{"file", complaint.file}, {"key", complaint.key}, {"value", complaint.value},
+                                                              {"allowed", complaint.allowed}, {"hint", complaint.hint},
+                                                              {"message", complaint.message}};
   for (const auto& [name, text] : texts)
     if (!text.empty()) error[name] = text;
   if (complaint.line > 0) error["line"] = complaint.line;
   if (complaint.column > 0) error["column"] = complaint.column;
   std::printf("%s\n", Json{{"error", error}}.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   return code;
+}
+
+// A pipe whose other end is closed: who reads no further wants to hear nothing more ("| head").
+bool has_lost_its_reader(int stream) {
+  pollfd asked{stream, POLLOUT, 0};
+  return ::poll(&asked, 1, 0) == 1 && (asked.revents & POLLERR) != 0;
 }
 
 bool asks_for_json(int count, const char* const* words) {
@@ -56,7 +66,8 @@ int run_command_line(int count, const char* const* words) {
   const auto fault = [&](const std::string& message) { return fail({.message = message}, static_cast<int>(base::Exit::fault), json); };
   try {
     const base::Exit code = carry_out(parse_command_line(count, words));
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return fail({.file = "standard output", .message = "cannot be written"}, static_cast<int>(base::Exit::io), false);
+    if ((std::fflush(stdout) != 0 || std::ferror(stdout)) && !has_lost_its_reader(STDOUT_FILENO))
+      return fail({.file = "standard output", .message = "cannot be written"}, static_cast<int>(base::Exit::io), false);
     return static_cast<int>(code);
   } catch (const base::Error& e) {
     return fail(e.complaint(), static_cast<int>(e.complaint().code), json);

@@ -11,6 +11,7 @@
 #include "app/study/cost.h"
 #include "app/study/cost_report.h"
 #include "app/study/study_files.h"
+#include "app/study/trials.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "surface/surface.h"
@@ -18,8 +19,10 @@
 namespace app {
 namespace {
 
+namespace fs = std::filesystem;
+
 /// A shot, unless it is the name of a problem.
-std::filesystem::path shot_of(const std::string& subject) {
+fs::path shot_of(const std::string& subject) {
   try {
     return find_shot(subject);
   } catch (const base::Error& e) {
@@ -45,11 +48,13 @@ bool cost(const Request& request) {
     std::fputs(single_run(*problem, request.overrides).c_str(), stdout);
     return true;
   }
-  const std::filesystem::path shot = problem ? std::filesystem::path() : shot_of(request.subject);
+  const fs::path shot = problem ? fs::path() : shot_of(request.subject);
   CostOrder order{.overrides = request.overrides, .vary = {}, .frames = request.frames,
-                  .out = request.out.value_or(std::filesystem::path("out") / "cost" / (problem ? request.subject : shot.stem().string())),
+                  .out = request.out.value_or(fs::path("out") / "cost" / (problem ? request.subject : shot.stem().string())),
                   .threads = cores, .repeats = request.repeats, .command = request.line, .dry_run = request.dry_run};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
+  refuse_what_is_given_twice(order.vary, order.overrides);
+  if (fs::exists(order.out) && !fs::is_directory(order.out)) base::throw_io(order.out.string(), "Not a directory");
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);

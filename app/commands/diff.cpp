@@ -47,7 +47,8 @@ void print_image(const Json& out, const Tolerance& tolerance) {
   if (!out.contains("picture")) return;
   std::string channels;
   for (const Json& channel : out["picture"]["channels"]) channels += " " + text(channel);
-  std::printf("picture %s: difference of%s times %s\n", text(out["picture"]["file"]).c_str(), channels.c_str(), number(out["picture"], "gain").c_str());
+  std::printf("picture %s: difference of%s times %s\n", text(out["picture"]["file"]).c_str(), channels.c_str(),
+              number(out["picture"], "gain").c_str());
 }
 
 void print_volume(const Json& out, const Tolerance& tolerance) {
@@ -55,12 +56,14 @@ void print_volume(const Json& out, const Tolerance& tolerance) {
   for (const Json& grid : out["grids"]) {
     print_values(text(grid["name"]) + (grid.contains("unit") ? " [" + text(grid["unit"]) + "]" : ""), grid);
     std::printf("  active %s and %s voxels", text(grid["active"][0]).c_str(), text(grid["active"][1]).c_str());
-    if (grid.contains("active_only")) std::printf(", in one only %s and %s", text(grid["active_only"][0]).c_str(), text(grid["active_only"][1]).c_str());
+    if (grid.contains("active_only"))
+      std::printf(", in one only %s and %s", text(grid["active_only"][0]).c_str(), text(grid["active_only"][1]).c_str());
     std::printf("\n");
     print_unlike(grid);
   }
   for (const char* side : {"only_a", "only_b"})
-    for (const Json& name : out.value(side, Json::array())) std::printf("%-*s  in the %s file only\n", kName, text(name).c_str(), side[5] == 'a' ? "first" : "second");
+    for (const Json& name : out.value(side, Json::array()))
+      std::printf("%-*s  in the %s file only\n", kName, text(name).c_str(), side[5] == 'a' ? "first" : "second");
 }
 
 void print_points(const Json& out, const Tolerance& tolerance) {
@@ -78,7 +81,9 @@ std::string worst_text(const Json& worst) {
   if (worst.contains("quantity")) line += ": " + text(worst["quantity"]) + (worst.contains("max") ? " " + number(worst, "max") + ", relative" : "");
   else if (worst.contains("position")) line += ": " + number(worst["position"], "max", " m") + ", " + number(worst["velocity"], "max", " m/s");
   else if (worst.contains("grids"))
-    for (const Json& grid : worst["grids"]) line += (&grid == &worst["grids"][0] ? ": " : ", ") + text(grid["name"]) + " " + number(grid, "max", grid.contains("unit") ? (" " + text(grid["unit"])).c_str() : "");
+    for (const Json& grid : worst["grids"])
+      line += (&grid == &worst["grids"][0] ? ": " : ", ") + text(grid["name"]) + " " +
+              number(grid, "max", grid.contains("unit") ? (" " + text(grid["unit"])).c_str() : "");
   else line += ": " + number(worst, "max") + (worst.contains("psnr") ? ", psnr " + number(worst, "psnr", " dB") : "");
   return line;
 }
@@ -89,7 +94,8 @@ void print_run(const Json& out) {
     std::printf("%-*s%8s%8s%8s  %s\n", kName, text(stage["stage"]).c_str(), text(stage["frames"]).c_str(), text(stage["differ"]).c_str(),
                 stage.contains("first") ? text(stage["first"]).c_str() : "-", stage.contains("worst") ? worst_text(stage["worst"]).c_str() : "-");
     for (const char* side : {"only_a", "only_b"})
-      if (stage.contains(side)) std::printf("  %zu in the %s run only: %s\n", stage[side].size(), side[5] == 'a' ? "first" : "second", text(stage[side]).c_str());
+      if (stage.contains(side))
+        std::printf("  %zu in the %s run only: %s\n", stage[side].size(), side[5] == 'a' ? "first" : "second", text(stage[side]).c_str());
   }
 }
 
@@ -99,7 +105,8 @@ void print(const Json& out, const Tolerance& tolerance) {
   else if (kind == "volume") print_volume(out, tolerance);
   else if (kind == "points") print_points(out, tolerance);
   else print_run(out);
-  const std::string within = tolerance.exact() ? "" : " within " + base::to_text(tolerance.fail) + ", " + base::to_text(tolerance.percent) + " % excepted";
+  const std::string within =
+      tolerance.exact() ? "" : " within " + base::to_text(tolerance.fail) + ", " + base::to_text(tolerance.percent) + " % excepted";
   std::printf("%s%s", out["same"].get<bool>() ? "same" : "differ", within.c_str());
   if (out.contains("first")) std::printf(": first in frame %s, %s", text(out["first"]["frame"]).c_str(), text(out["first"]["stage"]).c_str());
   std::printf("\n");

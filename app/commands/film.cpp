@@ -55,7 +55,8 @@ void check_room(const Shot& shot, const Order& order, const FrameRange& range, c
 
 // What a run that began with nothing has cost.
 void remember(const Shot& shot, const Order& order, const FrameRange& range, const Prediction& predicted, const nlohmann::ordered_json& run) {
-  Outcome outcome{.shot = shot.name, .cpu_predicted = predicted.cpu_seconds(), .memory_predicted = predicted.peak_bytes, .disk_predicted = predicted.disk_bytes()};
+  Outcome outcome{.shot = shot.name, .cpu_predicted = predicted.cpu_seconds(), .memory_predicted = predicted.peak_bytes,
+                  .disk_predicted = predicted.disk_bytes()};
   for (const auto& frame : run.at("frames"))
     for (const auto& seconds : frame.at("cpu_seconds")) outcome.cpu += seconds.get<double>();
   outcome.memory = run.at("peak_bytes");

@@ -47,7 +47,8 @@ constexpr std::string_view kPreviewOption = "  --preview           ";
 
 std::string problems_text() {
   std::string text = "\nPROBLEM is one of\n";
-  for (const sim::ProblemRow& row : sim::problem_rows()) text += "  " + std::string(row.name) + std::string(20 - std::min<std::size_t>(19, row.name.size()), ' ') + std::string(row.meaning) + "\n";
+  for (const sim::ProblemRow& row : sim::problem_rows())
+    text += "  " + std::string(row.name) + std::string(20 - std::min<std::size_t>(19, row.name.size()), ' ') + std::string(row.meaning) + "\n";
   return text;
 }
 

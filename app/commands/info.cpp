@@ -79,9 +79,10 @@ Json shot_info(const fs::path& file) {
   return {{"schema", 1},
           {"file", file.string()},
           {"kind", "shot"},
-          {"shot", {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
-                    {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"colliders", shot.scene.colliders.size()},
-                    {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
+          {"shot",
+           {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
+            {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"colliders", shot.scene.colliders.size()},
+            {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
 }
 
 /// What print_run stands on: a JSON document can be anybody's.
@@ -90,14 +91,16 @@ bool is_run(const Json& content) {
     if (!frame.is_object() || !frame.contains("seconds") || !frame["seconds"].is_object()) return false;
     return std::all_of(frame["seconds"].begin(), frame["seconds"].end(), [](const Json& spent) { return spent.is_number(); });
   };
-  return content.is_object() && content.contains("frames") && content["frames"].is_array() && std::all_of(content["frames"].begin(), content["frames"].end(), is_frame);
+  return content.is_object() && content.contains("frames") && content["frames"].is_array() &&
+         std::all_of(content["frames"].begin(), content["frames"].end(), is_frame);
 }
 
 // run.json or a record of the ledger: its own content under "run" or "record".
 Json document_info(const fs::path& file) {
   const Json content = read_document(file, kLargestDocument);
   const bool run = is_run(content);
-  const bool record = content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
+  const bool record =
+      content.is_object() && (content.contains("stage") || (content.contains("file") && content.contains("from")));   // of a frame, of a movie
   if (!run && !record) base::throw_input(file.string(), "neither a run.json nor a record of a ledger");
   return {{"schema", 1}, {"file", file.string()}, {"kind", run ? "run" : "record"}, {run ? "run" : "record", content}};
 }
@@ -113,7 +116,8 @@ Json page_info(const fs::path& file) {
     for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; ++at) ++found;
     return found;
   };
-  const Json page = {{"title", text.substr(begin + open.size(), end - begin - open.size())}, {"bytes", text.size()}, {"plots", count("<svg")}, {"pictures", count("<img")}};
+  const Json page = {{"title", text.substr(begin + open.size(), end - begin - open.size())}, {"bytes", text.size()}, {"plots", count("<svg")},
+                     {"pictures", count("<img")}};
   return {{"schema", 1}, {"file", file.string()}, {"kind", "report"}, {"report", page}};
 }
 
@@ -124,7 +128,8 @@ std::string plain(const Json& value) { return value.is_string() ? value.get<std:
 
 void print_grids(const Json& grids) {
   for (const Json& grid : grids) {
-    std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(), plain(grid["active"]).c_str());
+    std::printf("%s  %s, %s, %s active", plain(grid["name"]).c_str(), plain(grid["type"]).c_str(), plain(grid["class"]).c_str(),
+                plain(grid["active"]).c_str());
     if (grid.contains("voxel_size")) std::printf(", voxel %s m", base::to_text(grid["voxel_size"][0].get<double>()).c_str());
     std::printf("%s\n", grid["half"].get<bool>() ? ", half" : "");
     if (grid.contains("min") && grid.contains("max"))
@@ -175,7 +180,10 @@ void info(const Request& request) {
   std::error_code failure;
   const fs::file_status status = fs::status(file, failure);
   if (!fs::exists(status)) base::throw_input(file.string(), "No such file or directory");
-  if (fs::is_directory(status)) base::throw_input(file.string(), "Is a directory");
+  if (fs::is_directory(status)) {
+    const bool is_run = fs::exists(file / "run.json", failure);
+    throw base::Error({.file = file.string(), .hint = is_run ? "polypic info " + (file / "run.json").string() : "", .message = "Is a directory"});
+  }
   if (!fs::is_regular_file(status)) base::throw_input(file.string(), "is a pipe or a device, not a file");
   Json out;
   const std::string extension = kind_of(file);

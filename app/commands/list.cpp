@@ -75,8 +75,8 @@ void list(const Request& request) {
   }
   std::printf("shots\n");
   for (const Json& shot : out["shots"])
-    std::printf("  %-16s %4lld frames  %lldx%lld  %s\n", shot["name"].get<std::string>().c_str(), shot["frames"].get<long long>(), shot["width"].get<long long>(),
-                shot["height"].get<long long>(), shot["description"].get<std::string>().c_str());
+    std::printf("  %-16s %4lld frames  %lldx%lld  %s\n", shot["name"].get<std::string>().c_str(), shot["frames"].get<long long>(),
+                shot["width"].get<long long>(), shot["height"].get<long long>(), shot["description"].get<std::string>().c_str());
   print_names("materials", out["materials"]);
   print_names("looks    ", out["looks"]);
   print_names("problems ", out["problems"]);

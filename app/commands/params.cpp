@@ -35,6 +35,7 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
   if (topic.starts_with("problem") || sim::find_problem(topic))
     if (std::vector<KeyRow> own = problem_rows_about(topic); !own.empty()) return own;
   std::vector<std::string> words;
+  for (const sim::ProblemRow& problem : sim::problem_rows()) words.emplace_back(problem.name);
   for (const KeyRow& row : rows) {
     words.push_back(row.key);
     for (std::size_t start = 0, dot = 0; dot != std::string::npos; start = dot + 1) {
@@ -45,15 +46,18 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
   std::erase_if(rows, [&](const KeyRow& row) { return !matches(row.key, topic); });
   if (!rows.empty()) return rows;
   const std::string nearest = base::nearest_word(topic, words);
-  throw base::Error({.code = base::Exit::user, .file = topic, .hint = nearest.empty() ? "polypic params lists them all" : "did you mean " + nearest + "?",
-                     .message = "no such key or table"});
+  throw base::Error({.code = base::Exit::user,
+                     .file = topic,
+                     .hint = nearest.empty() ? "polypic params lists the keys, polypic list the problems" : "did you mean " + nearest + "?",
+                     .message = "no such key, table or problem"});
 }
 
 void print_json(const std::vector<KeyRow>& rows) {
   nlohmann::ordered_json out = {{"schema", 1}, {"keys", nlohmann::ordered_json::array()}};
   for (const KeyRow& row : rows) {
     nlohmann::ordered_json entry = {{"key", row.key}};
-    const std::pair<const char*, const std::string&> parts[] = {{"default", row.default_value}, {"unit", row.unit}, {"allowed", row.allowed}, {"meaning", row.meaning}};
+    const std::pair<const char*, const std::string&> parts[] = {
+        {"default", row.default_value}, {"unit", row.unit}, {"allowed", row.allowed}, {"meaning", row.meaning}};
     for (const auto& [name, text] : parts)
       if (!text.empty()) entry[name] = text;
     out["keys"].push_back(entry);
@@ -70,7 +74,8 @@ void print_table(const std::vector<KeyRow>& rows) {
   }
   for (const KeyRow& row : rows) {
     const std::string allowed = row.allowed.empty() ? "" : " (" + row.allowed + ")";
-    std::printf("%-*s  %-*s  %s%s\n", static_cast<int>(key), row.key.c_str(), static_cast<int>(value), with_unit(row).c_str(), row.meaning.c_str(), allowed.c_str());
+    std::printf("%-*s  %-*s  %s%s\n", static_cast<int>(key), row.key.c_str(), static_cast<int>(value), with_unit(row).c_str(), row.meaning.c_str(),
+                allowed.c_str());
   }
 }
 

@@ -33,7 +33,8 @@ void print_effects(const Shot& shot) {
       off += (off.empty() ? "" : ", ") + e.name;
       continue;
     }
-    std::printf("%-9s %-*s  %-*s  %s\n", e.stage == stage ? "" : e.stage.c_str(), int(name), e.name.c_str(), int(key), e.key.c_str(), e.value.c_str());
+    std::printf("%-9s %-*s  %-*s  %s\n", e.stage == stage ? "" : e.stage.c_str(), int(name), e.name.c_str(), int(key), e.key.c_str(),
+                e.value.c_str());
     stage = e.stage;
   }
   std::printf("off: %s\n\n", off.c_str());
@@ -55,13 +56,15 @@ void print_sizes(const Shot& shot, const sim::Size& size) {
 void print_prediction(const Prediction& p, const Pilot& pilot) {
   std::string stages;
   for (const auto& [stage, seconds] : p.cpu) stages += ", " + stage + " " + base::duration_text(seconds / p.frames);
-  std::printf("\n%-10s%s for %.0f frame%s; a frame: %s\n", "CPU", base::duration_text(p.cpu_seconds()).c_str(), p.frames, p.frames == 1 ? "" : "s", stages.substr(std::min<std::size_t>(2, stages.size())).c_str());
+  std::printf("\n%-10s%s for %.0f frame%s; a frame: %s\n", "CPU", base::duration_text(p.cpu_seconds()).c_str(), p.frames, p.frames == 1 ? "" : "s",
+              stages.substr(std::min<std::size_t>(2, stages.size())).c_str());
   std::printf("%-10s%s\n", "memory", bytes_text(p.peak_bytes).c_str());
   std::string kinds;
   for (const auto& [kind, bytes] : p.disk) kinds += (kinds.empty() ? "" : ", ") + kind + " " + bytes_text(bytes);
   std::printf("%-10s%s: %s\n", "disk", bytes_text(p.disk_bytes()).c_str(), kinds.c_str());
   const std::string errors = error_text(past_outcomes());
-  std::printf("measured on this machine in %s; earlier predictions were off by %s\n", base::duration_text(pilot.seconds).c_str(), errors.empty() ? "nothing yet: no run has been finished since" : errors.c_str());
+  std::printf("measured on this machine in %s; earlier predictions were off by %s\n", base::duration_text(pilot.seconds).c_str(),
+              errors.empty() ? "nothing yet: no run has been finished since" : errors.c_str());
 }
 
 Json prediction_json(const Prediction& p) {

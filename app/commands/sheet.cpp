@@ -57,12 +57,15 @@ Panels panels_of_runs(const std::vector<Folder>& runs, const std::optional<Frame
     return panels;
   }
   const std::string which = asked ? "frame " + std::to_string(asked->first) : "a frame";
-  throw base::Error({.file = runs.front().root().string(), .hint = "polypic render --preview draws them", .message = "not all of the runs have a picture of " + which});
+  throw base::Error({.file = runs.front().root().string(),
+                     .hint = "polypic render --preview draws them",
+                     .message = "not all of the runs have a picture of " + which});
 }
 
 Panels panels_of_pictures(const std::vector<std::string>& files) {
   Panels panels;
   for (const std::string& file : files) {
+    if (!fs::exists(file)) base::throw_input(file, "no such run or picture");
     panels.pictures.push_back(render::read_image(file));
     if (panels.pictures.back().channels.size() < 3) base::throw_input(file, "has no red, green and blue");
     panels.labels.push_back(fs::path(file).filename().string());

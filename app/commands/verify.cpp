@@ -14,6 +14,7 @@
 #include "app/stages/stopwatch.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 
@@ -25,7 +26,7 @@ bool verify(const Request& request) {
   }
   if (request.listing) {
     for (const sim::VerifyCase& c : cases) std::printf("%-64s %s\n", c.name.c_str(), c.expect.c_str());
-    std::printf("%zu cases\n", cases.size());
+    std::printf("%s\n", base::count_of(cases.size(), "case").c_str());
     return true;
   }
   const std::filesystem::path out = request.out.value_or("out/verify");

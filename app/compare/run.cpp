@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 /// What a record says of the making of a frame and not of the frame.
-const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "cpu_seconds", "peak_bytes", "passes", "checkpoint"};
+const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "cpu_seconds", "peak_bytes",
+                                       "passes", "checkpoint"};
 
 Json read_record_of(const Folder& folder, std::int64_t frame) {
   const fs::path file = folder.record(Stage::simulate, frame);
@@ -60,7 +61,8 @@ Json compare_sums(const Folder& a, const Folder& b, std::int64_t frame, const To
   for (const std::string& name : names) {
     if (name == "state_hash" && !tolerance.exact()) continue;
     const bool numbers = name != "state_hash" && in_a.contains(name) && in_b.contains(name);
-    const double difference = numbers ? relative_difference(in_a[name], in_b[name]) : in_a.value(name, Json()) == in_b.value(name, Json()) ? 0 : INFINITY;
+    const bool same = in_a.value(name, Json()) == in_b.value(name, Json());
+    const double difference = numbers ? relative_difference(in_a[name], in_b[name]) : same ? 0 : INFINITY;
     if (difference > tolerance.fail) out["same"] = false;
     if (std::isfinite(difference) && difference > largest) {
       out["quantity"] = name;
@@ -80,10 +82,22 @@ struct Part {
 };
 const Part kParts[] = {
     {"simulate", Stage::simulate, compare_sums},
-    {"points", Stage::simulate, [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) { return compare_point_files(a.points(frame), b.points(frame), t); }},
-    {"surface", Stage::surface, [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) { return compare_volume_files(a.surface(frame), b.surface(frame), t); }},
-    {"render", Stage::render, [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) { return compare_image_files(a.image(frame, ".exr"), b.image(frame, ".exr"), t); }},
-    {"preview", Stage::preview, [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) { return compare_image_files(a.preview(frame), b.preview(frame), t); }},
+    {"points", Stage::simulate,
+     [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
+       return compare_point_files(a.points(frame), b.points(frame), t);
+     }},
+    {"surface", Stage::surface,
+     [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
+       return compare_volume_files(a.surface(frame), b.surface(frame), t);
+     }},
+    {"render", Stage::render,
+     [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
+       return compare_image_files(a.image(frame, ".exr"), b.image(frame, ".exr"), t);
+     }},
+    {"preview", Stage::preview,
+     [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
+       return compare_image_files(a.preview(frame), b.preview(frame), t);
+     }},
 };
 
 /// By which the worst frame is found: the largest difference of any of its grids.

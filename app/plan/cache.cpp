@@ -22,14 +22,15 @@ using Json = nlohmann::ordered_json;
 constexpr int kSchema = 1;
 
 /// Sizes that a pilot is scaled from and to; frames are in its content.
-constexpr std::string_view kSizes[] = {"sim.cell", "render.width", "render.height", "render.spp", "shot.frames", "shot.quality", "surface.voxel", "surface.radius"};
+constexpr std::string_view kSizes[] = {"sim.cell", "render.width", "render.height", "render.spp", "shot.frames", "shot.quality", "surface.voxel",
+                                       "surface.radius"};
 
 /// The program's file too: a build that was never committed is another program.
 std::string machine_and_program() {
   struct stat file{};
   ::stat("/proc/self/exe", &file);
-  return processor_name() + "|" + std::to_string(std::thread::hardware_concurrency()) + "|" + kVersion + "|" + kCommit + "|" + std::to_string(file.st_size) + "|" +
-         std::to_string(file.st_mtim.tv_sec);
+  return processor_name() + "|" + std::to_string(std::thread::hardware_concurrency()) + "|" + kVersion + "|" + kCommit + "|" +
+         std::to_string(file.st_size) + "|" + std::to_string(file.st_mtim.tv_sec);
 }
 
 fs::path pilot_file(const Shot& shot, int threads) {
@@ -41,9 +42,11 @@ fs::path pilot_file(const Shot& shot, int threads) {
 }
 
 Json to_json(const MicroRun& run) {
-  Json out = {{"particles", run.particles}, {"cell", run.cell}, {"pixels", run.pixels}, {"samples", run.samples}, {"peak_bytes", run.peak_bytes}, {"frames", Json::array()}};
+  Json out = {{"particles", run.particles}, {"cell", run.cell}, {"pixels", run.pixels}, {"samples", run.samples}, {"peak_bytes", run.peak_bytes},
+              {"frames", Json::array()}};
   for (const auto& [frame, cost] : run.frames)
-    out["frames"].push_back({{"frame", frame}, {"steps", cost.steps}, {"speed", cost.speed}, {"cpu", cost.cpu}, {"calls", cost.calls}, {"bytes", cost.bytes}});
+    out["frames"].push_back(
+        {{"frame", frame}, {"steps", cost.steps}, {"speed", cost.speed}, {"cpu", cost.cpu}, {"calls", cost.calls}, {"bytes", cost.bytes}});
   return out;
 }
 

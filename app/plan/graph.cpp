@@ -65,18 +65,20 @@ std::map<std::string_view, Datum> data_of(const std::vector<Placed>& rows) {
 
 std::string box(const Placed& row) {
   const bool step = row.pass.often == base::PassRow::Often::step;
-  return "<rect x=\"" + number(kLeft) + "\" y=\"" + number(row.y - 12) + "\" width=\"" + number(kBox) + "\" height=\"24\" rx=\"5\" fill=\"" + (step ? "#2f6f9f" : "#7a7f87") +
-         "\"/>\n" + text(kLeft + kBox / 2, row.y + 4, std::string(row.pass.name), "fill=\"#ffffff\" text-anchor=\"middle\"");
+  return "<rect x=\"" + number(kLeft) + "\" y=\"" + number(row.y - 12) + "\" width=\"" + number(kBox) + "\" height=\"24\" rx=\"5\" fill=\"" +
+         (step ? "#2f6f9f" : "#7a7f87") + "\"/>\n" +
+         text(kLeft + kBox / 2, row.y + 4, std::string(row.pass.name), "fill=\"#ffffff\" text-anchor=\"middle\"");
 }
 
 std::string ends(const Placed& row, const std::map<std::string_view, Datum>& data) {
   std::string out;
   const auto x_of = [&](std::string_view name) { return kFirstLine + data.at(name).column * kColumn; };
   for (const std::string_view name : row.pass.reads)
-    out += line(kLeft + kBox, row.y - 4, x_of(name), row.y - 4, "stroke=\"#9aa0a8\"") + "<circle cx=\"" + number(x_of(name)) + "\" cy=\"" + number(row.y - 4) +
-           "\" r=\"4\" fill=\"#ffffff\" stroke=\"#5a6068\"/>\n";
+    out += line(kLeft + kBox, row.y - 4, x_of(name), row.y - 4, "stroke=\"#9aa0a8\"") + "<circle cx=\"" + number(x_of(name)) + "\" cy=\"" +
+           number(row.y - 4) + "\" r=\"4\" fill=\"#ffffff\" stroke=\"#5a6068\"/>\n";
   for (const std::string_view name : row.pass.writes)
-    out += line(kLeft + kBox, row.y + 5, x_of(name), row.y + 5, "stroke=\"#c0603a\"") + "<circle cx=\"" + number(x_of(name)) + "\" cy=\"" + number(row.y + 5) + "\" r=\"4\" fill=\"#c0603a\"/>\n";
+    out += line(kLeft + kBox, row.y + 5, x_of(name), row.y + 5, "stroke=\"#c0603a\"") + "<circle cx=\"" + number(x_of(name)) + "\" cy=\"" +
+           number(row.y + 5) + "\" r=\"4\" fill=\"#c0603a\"/>\n";
   return out;
 }
 
@@ -88,7 +90,8 @@ std::string pass_graph(const Shot& shot) {
   int columns = 0;
   for (const auto& [name, d] : data) columns = std::max(columns, d.column + 1);
   const int width = kFirstLine + columns * kColumn + kMargin, height = rows.back().y + kRow + 20;
-  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) + "\" height=\"" + number(height) + "\" viewBox=\"0 0 " + number(width) + " " + number(height) +
+  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) + "\" height=\"" + number(height) + "\" viewBox=\"0 0 " +
+                    number(width) + " " + number(height) +
                     "\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n";
   out += text(kMargin, 28, "Passes of " + shot.name, "font-size=\"16\" fill=\"#202428\"");
   out += text(kMargin, 46, "blue: every step, grey: every frame; open circle: read, full circle: written", "font-size=\"11\" fill=\"#5a6068\"");
@@ -103,7 +106,8 @@ std::string pass_graph(const Shot& shot) {
     out += ends(row, data) + box(row);
   }
   for (const auto& [name, d] : data)
-    out += text(kFirstLine + d.column * kColumn, d.from - 12, std::string(name), "font-size=\"11\" text-anchor=\"middle\" fill=\"#202428\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"");
+    out += text(kFirstLine + d.column * kColumn, d.from - 12, std::string(name),
+                "font-size=\"11\" text-anchor=\"middle\" fill=\"#202428\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"");
   return out + "</svg>\n";
 }
 

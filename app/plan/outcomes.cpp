@@ -6,6 +6,7 @@
 #include "app/plan/predict.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -73,8 +74,9 @@ void keep_outcome(const Outcome& latest) {
 std::string error_text(const std::vector<Outcome>& all) {
   const std::vector<Outcome> latest(all.end() - std::ptrdiff_t(std::min(all.size(), kMostAsked)), all.end());
   if (latest.empty()) return {};
-  return "CPU " + percent(latest, &Outcome::cpu_predicted, &Outcome::cpu) + ", memory " + percent(latest, &Outcome::memory_predicted, &Outcome::memory) + ", disk " +
-         percent(latest, &Outcome::disk_predicted, &Outcome::disk) + " (median of " + std::to_string(latest.size()) + (latest.size() == 1 ? " run)" : " runs)");
+  return "CPU " + percent(latest, &Outcome::cpu_predicted, &Outcome::cpu) + ", memory " +
+         percent(latest, &Outcome::memory_predicted, &Outcome::memory) + ", disk " + percent(latest, &Outcome::disk_predicted, &Outcome::disk) +
+         " (median of " + base::count_of(latest.size(), "run") + ")";
 }
 
 }  // namespace app

@@ -121,7 +121,8 @@ double coarser_cell(const Shot& shot, double particles) {
 void set_picture(const Shot& shot, double scale, Sizes& sizes) {
   if (!shot.has_pictures) return;
   const render::Options& o = shot.render.options;
-  const auto width = std::max<std::int64_t>(16, std::llround(double(o.width) * scale)), height = std::max<std::int64_t>(16, std::llround(double(o.height) * scale));
+  const auto width = std::max<std::int64_t>(16, std::llround(double(o.width) * scale)),
+             height = std::max<std::int64_t>(16, std::llround(double(o.height) * scale));
   sizes.pixels = double(width * height);
   sizes.samples = shot.scene.options.dimension == 2 ? sizes.pixels : sizes.pixels * double(o.spp);
   sizes.sets.push_back("render.width=" + std::to_string(width));
@@ -185,7 +186,8 @@ class Measuring {
     const bool hurry = watch_.seconds() > kPatience;
     const Sizes wide = sizes_of(shot_, coarse, hurry ? 0.5 * picture : picture);
     const Sizes fine = sizes_of(shot_, hurry ? coarse : coarser_cell(shot_, kManyParticles), hurry ? 0.5 * picture : picture);
-    if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first) || (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last))) return {};
+    if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first) || (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last)))
+      return {};
     pilot.small = read_run(small, scratch_.path() / "small");
     pilot.wide = read_run(wide, scratch_.path() / "wide");
     pilot.fine = read_run(fine, scratch_.path() / "fine");
@@ -200,8 +202,8 @@ class Measuring {
   double samples() const { return shot_.scene.options.dimension == 2 ? pixels() : pixels() * double(shot_.render.options.spp); }
 
   bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to) {
-    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--no-report", "--out", (scratch_.path() / name).string(), "--threads", std::to_string(threads_),
-                                      "--frames", std::to_string(from) + "-" + std::to_string(to)};
+    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--no-report", "--out", (scratch_.path() / name).string(), "--threads",
+                                      std::to_string(threads_), "--frames", std::to_string(from) + "-" + std::to_string(to)};
     if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
     for (const auto& list : {overrides_.sets, sizes.sets})
       for (const std::string& set : list) words.insert(words.end(), {"--set", set});

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/text.h"
 #include "render/plan.h"
 #include "sim/plan.h"
 #include "surface/plan.h"
@@ -28,7 +29,8 @@ std::span<const base::PassRow> own_pass_rows() {
 }
 
 surface::Task surface_task(const Shot& shot) {
-  return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(), .parts_bodies = shot.render.parts_bodies()};
+  return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(),
+          .parts_bodies = shot.render.parts_bodies()};
 }
 
 std::vector<std::string> parts_of(std::string_view key) {
@@ -53,7 +55,8 @@ bool lies_under(const std::vector<std::string>& table, const std::vector<std::st
 
 // The first key of the shot that one of the row's keys means, and its value; of a row of choices, one that has the row's own. What is left empty
 // leaves it to the next key. Where there is none, what the row's first key means.
-std::pair<std::string, std::string> deciding(const std::vector<std::string_view>& row_keys, const std::vector<std::pair<std::string, std::string>>& values) {
+std::pair<std::string, std::string> deciding(const std::vector<std::string_view>& row_keys,
+                                             const std::vector<std::pair<std::string, std::string>>& values) {
   const std::pair<std::string, std::string>* first = nullptr;
   const bool of_choices = row_keys.front().find('=') != std::string_view::npos;
   for (const std::string_view key : row_keys) {
@@ -87,7 +90,7 @@ base::Plan switched_off(base::Plan plan) {
 std::string count_text(const Shot& shot) {
   const std::int64_t d = shot.scene.options.dimension;
   const auto modes = sim::most_modes(shot.scene);
-  return std::to_string(modes) + (modes == 1 ? " mode" : " modes") + (d == 2 ? " in two dimensions" : "");
+  return base::count_of(modes, "mode") + (d == 2 ? " in two dimensions" : "");
 }
 
 }  // namespace
@@ -107,7 +110,8 @@ std::vector<ExplainedEffect> explained_effects(const Shot& shot) {
   std::vector<ExplainedEffect> effects;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects) {
-      auto [key, value] = plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys, shot.values);
+      auto [key, value] =
+          plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys, shot.values);
       effects.push_back({e.name, e.stage, e.on, std::move(key), std::move(value)});
     }
   return effects;
@@ -128,7 +132,8 @@ std::vector<Row> all_rows() {
 
 std::set<std::string> all_passes() {
   std::set<std::string> names;
-  for (const auto& table : {sim::pass_rows(), sim::solid_pass_rows(), surface::points_pass_rows(), own_pass_rows(), surface::pass_rows(), render::pass_rows()})
+  for (const auto& table :
+       {sim::pass_rows(), sim::solid_pass_rows(), surface::points_pass_rows(), own_pass_rows(), surface::pass_rows(), render::pass_rows()})
     for (const base::PassRow& pass : table) names.emplace(pass.name);
   return names;
 }
@@ -147,8 +152,11 @@ std::string plan_line(const Shot& shot) {
   std::size_t count = shot.has_pictures ? 0 : 1;
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects)
-      if (!e.on && (plan.stage != "render" || shot.has_pictures) && e.keys.front().find('=') == std::string_view::npos && e.keys.front() != "sim.dimension" && ++count <= kMostNamed) off += (off.empty() ? "" : ", ") + e.name;
-  return std::string(shot.scene.options.is_solid() ? "solid" : "liquid") + ", " + std::string(shot.scene.options.kernel == sim::Kernel::linear ? "linear" : "quadratic") + " kernel, " + count_text(shot) +
+      if (!e.on && (plan.stage != "render" || shot.has_pictures) && e.keys.front().find('=') == std::string_view::npos &&
+          e.keys.front() != "sim.dimension" && ++count <= kMostNamed)
+        off += (off.empty() ? "" : ", ") + e.name;
+  return std::string(shot.scene.options.is_solid() ? "solid" : "liquid") + ", " +
+         std::string(shot.scene.options.kernel == sim::Kernel::linear ? "linear" : "quadratic") + " kernel, " + count_text(shot) +
          (count > 0 ? "; off: " + off + (count > kMostNamed ? " ..." : "") : "") + "; " + std::to_string(sim.bytes_per_particle()) + " B a particle";
 }
 

@@ -124,7 +124,8 @@ class Predictor {
   /// What a step costs later on, against the first frames.
   double late_steps() const {
     double early = 0, late = 0;
-    for (const std::string& key : step_keys_) early += step_cost(pilot_.wide, 1, first_, key), late += step_cost(pilot_.wide, first_, pilot_.last, key);
+    for (const std::string& key : step_keys_)
+      early += step_cost(pilot_.wide, 1, first_, key), late += step_cost(pilot_.wide, first_, pilot_.last, key);
     return early > 0 && late > 0 ? late / early : 1;
   }
 
@@ -143,7 +144,8 @@ class Predictor {
       }
     if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == last)) {
       const double calls = sum(pilot_.fine, &FrameCost::calls, "simulate/checkpoint");
-      if (calls > 0) seconds += sum(pilot_.fine, &FrameCost::cpu, "simulate/checkpoint") / calls * growth(&FrameCost::cpu, "simulate/checkpoint", kTiny);
+      if (calls > 0)
+        seconds += sum(pilot_.fine, &FrameCost::cpu, "simulate/checkpoint") / calls * growth(&FrameCost::cpu, "simulate/checkpoint", kTiny);
     }
     for (const std::string kind : {"points", "ledger"}) out.disk[kind] += cost(&FrameCost::bytes, kind, frame, 1);
   }
@@ -162,7 +164,9 @@ class Predictor {
   void add_checkpoints(std::int64_t last, Prediction& out) const {
     std::int64_t written = last > 1 && last % shot_.checkpoint_every != 0 ? 1 : 0;
     written += last / shot_.checkpoint_every - (shot_.checkpoint_every == 1 ? 1 : 0);
-    if (written > 0) out.disk["checkpoint"] = double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).state_bytes_per_particle());
+    if (written > 0)
+      out.disk["checkpoint"] =
+          double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).state_bytes_per_particle());
   }
 
   /// Linear in particles and in pixels, and never less than what the plan says they hold.
@@ -171,7 +175,8 @@ class Predictor {
     const auto slope = [](double from, double to, double size_from, double size_to, double least) {
       return size_to > 1.3 * size_from ? std::max(least, (to - from) / (size_to - size_from)) : least;
     };
-    const double a_particle = slope(wide.peak_bytes, fine.peak_bytes, wide.particles, fine.particles, 2 * double(plan_of(shot_, Stage::simulate).bytes_per_particle()));
+    const double a_particle =
+        slope(wide.peak_bytes, fine.peak_bytes, wide.particles, fine.particles, 2 * double(plan_of(shot_, Stage::simulate).bytes_per_particle()));
     const double a_pixel = slope(small.peak_bytes, wide.peak_bytes, small.pixels, wide.pixels, 15 * sizeof(float));
     return fine.peak_bytes + a_particle * (particles_ - fine.particles) + a_pixel * (pixels_ - fine.pixels);
   }

@@ -38,7 +38,8 @@ fs::path find_shot(const std::string& shot) {
     if (shipped.stem() == shot) return shipped;
     names.push_back(shipped.stem().string());
   }
-  const std::string nearest = base::nearest_word(shot, names);
+  const fs::path beside = fs::path(shot).replace_extension(".toml");   // forgotten, or misspelt
+  const std::string nearest = fs::is_regular_file(beside, none) ? beside.string() : base::nearest_word(shot, names);
   const bool is_path = shot.find('/') != std::string::npos || fs::path(shot).has_extension();
   if (fs::exists(shot, none)) base::throw_input(shot, fs::is_directory(shot, none) ? "is a directory" : "is not a file");
   throw base::Error({.file = shot, .hint = nearest.empty() ? "" : "did you mean " + nearest + "?",

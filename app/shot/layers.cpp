@@ -53,7 +53,8 @@ bool is_rung(const std::string& name) { return std::find(kRungs.begin(), kRungs.
 
 void check_qualities(const Node& qualities) {
   if (!qualities.is_table())
-    throw base::Error(complaint_at(qualities.origin, {.key = "quality", .value = value_text(qualities), .allowed = "must be tables, each under [quality.RUNG]"}));
+    throw base::Error(
+        complaint_at(qualities.origin, {.key = "quality", .value = value_text(qualities), .allowed = "must be tables, each under [quality.RUNG]"}));
   for (std::size_t i = 0; i < qualities.items.size(); ++i) {
     const Node& table = qualities.items[i];
     const std::string key = "quality." + qualities.keys[i];

@@ -16,7 +16,9 @@ constexpr std::size_t kMostWrong = 200;  // complaints kept: one will be shown, 
 constexpr auto kNumber = "a number";
 
 std::string vector_words(std::int64_t size) { return size == 2 ? "two numbers, [x, y]" : "three numbers, [x, y, z]"; }
-std::string box_words(std::int64_t size) { return std::string("two opposite corners, ") + (size == 2 ? "[[x, y], [x, y]]" : "[[x, y, z], [x, y, z]]"); }
+std::string box_words(std::int64_t size) {
+  return std::string("two opposite corners, ") + (size == 2 ? "[[x, y], [x, y]]" : "[[x, y, z], [x, y, z]]");
+}
 
 // "-1 m"; long arrays and texts are cut so that the error stays one readable line.
 std::string with_unit(const Node& value, std::string_view unit) {
@@ -141,7 +143,9 @@ void Reader::without(std::string_view table, std::string_view reason) {
 
 void Reader::require(bool holds, std::string_view key, const std::string& message) {
   if (holds || wrong_.size() >= kMostWrong) return;
-  const auto step = [](const Node* node, const std::string& part) { return !node ? node : node->is_list() ? find_entry(*node, part) : node->find(part); };
+  const auto step = [](const Node* node, const std::string& part) {
+    return !node ? node : node->is_list() ? find_entry(*node, part) : node->find(part);
+  };
   const Node* node = scope().node;
   const Node* value = &scope().complete;
   const Node* place = node->origin.file.empty() ? &nothing_ : node;
@@ -299,7 +303,8 @@ void Reader::preset_or_table(std::string_view name, std::string& preset, std::sp
   const Node* node = declare(name);
   const base::Key key{name, "", "", {}, names};
   const bool is_table = node && node->is_table();
-  if (node && !is_table && !is_one_of(names, *node)) return complain(key, *node, one_of(names) + ", or a table with preset and keys", meant(names, *node));
+  if (node && !is_table && !is_one_of(names, *node))
+    return complain(key, *node, one_of(names) + ", or a table with preset and keys", meant(names, *node));
   if (node && !is_table) preset = node->text;
   open(is_table ? *node : nothing_, scope().path + std::string(name) + ".");
   text({"preset", "", "", {}, names}, preset);

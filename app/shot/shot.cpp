@@ -79,7 +79,8 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
   if (shot.scene.options.is_solid())
-    for (const sim::Body& body : shot.scene.bodies) shot.render.body_looks.push_back(look_of(body)), shot.render.materials.push_back(body.name + ", " + body.material);
+    for (const sim::Body& body : shot.scene.bodies)
+      shot.render.body_looks.push_back(look_of(body)), shot.render.materials.push_back(body.name + ", " + body.material);
   shot.render.shows_tension = shot.scene.options.is_solid();
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;
@@ -201,14 +202,17 @@ void Shot::params(base::Params& p) {
     constexpr double kFinest = 1.0 / 32, kCoarsest = 2;
     const double cells = *surface.voxel / scene.options.cell;
     p.require(cells >= kFinest * (1 - 1e-9) && cells <= kCoarsest * (1 + 1e-9), "surface.voxel",
-              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) + " m; must be between 1/32 and 2 of it");
+              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) +
+                  " m; must be between 1/32 and 2 of it");
   }
   render.params(p);
 
   const sim::Write& write = scene.options.write;
   const std::string& color = render.preview.color;
-  for (const auto& [carried, is_written] : {std::pair("pressure", write.pressure), std::pair("strain", write.strain), std::pair("mode_energy", write.mode_energy)})
-    p.require(color != carried || is_written, "preview.color", std::string("needs sim.write.") + carried + " = true: particles do not carry it otherwise");
+  for (const auto& [carried, is_written] :
+       {std::pair("pressure", write.pressure), std::pair("strain", write.strain), std::pair("mode_energy", write.mode_energy)})
+    p.require(color != carried || is_written, "preview.color",
+              std::string("needs sim.write.") + carried + " = true: particles do not carry it otherwise");
   p.require(color != "material" || scene.options.is_solid(), "preview.color", "a liquid is of one material");
   p.require(!scene.bodies.empty(), "body", "a shot needs at least one [[body]]");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

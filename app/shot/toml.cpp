@@ -47,7 +47,9 @@ Node converted(const toml::node& from, const Source& source) {
       break;
     case toml::node_type::table:
       if (from.as_table()->size() > kMostKeys)
-        throw base::Error({.file = source.name, .line = static_cast<int>(from.source().begin.line), .message = "a table of more than " + std::to_string(kMostKeys) + " keys"});
+        throw base::Error({.file = source.name,
+                           .line = static_cast<int>(from.source().begin.line),
+                           .message = "a table of more than " + std::to_string(kMostKeys) + " keys"});
       node.is_inline = from.as_table()->is_inline();
       for (const auto& [key, item] : *from.as_table()) {
         node.keys.emplace_back(key.str());
@@ -99,8 +101,9 @@ int broken_line(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i)
     if (text[i] == '\n') ends.push_back(i + 1);
   ends.push_back(text.size());
-  return 1 + static_cast<int>(std::partition_point(ends.begin(), ends.end(), [&](std::size_t end) { return !breaks_an_assertion(text.substr(0, end)); }) -
-                              ends.begin());
+  return 1 +
+         static_cast<int>(std::partition_point(ends.begin(), ends.end(), [&](std::size_t end) { return !breaks_an_assertion(text.substr(0, end)); }) -
+                          ends.begin());
 }
 
 toml::table parsed(std::string_view text, const std::string& file) {

@@ -31,33 +31,22 @@ void Node::remove(std::string_view key) {
   keys.erase(found);
 }
 
-Node make_node(bool v) {
+namespace {
+
+template <class Value>
+Node node_of(Node::Kind kind, Value Node::*member, Value v) {
   Node node;
-  node.kind = Node::Kind::flag;
-  node.flag = v;
+  node.kind = kind;
+  node.*member = std::move(v);
   return node;
 }
 
-Node make_node(std::int64_t v) {
-  Node node;
-  node.kind = Node::Kind::integer;
-  node.integer = v;
-  return node;
-}
+}  // namespace
 
-Node make_node(double v) {
-  Node node;
-  node.kind = Node::Kind::number;
-  node.number = v;
-  return node;
-}
-
-Node make_node(std::string v) {
-  Node node;
-  node.kind = Node::Kind::text;
-  node.text = std::move(v);
-  return node;
-}
+Node make_node(bool v) { return node_of(Node::Kind::flag, &Node::flag, v); }
+Node make_node(std::int64_t v) { return node_of(Node::Kind::integer, &Node::integer, v); }
+Node make_node(double v) { return node_of(Node::Kind::number, &Node::number, v); }
+Node make_node(std::string v) { return node_of(Node::Kind::text, &Node::text, std::move(v)); }
 
 std::string entry_name(const Node& list, std::size_t index) {
   const Node* name = list.items[index].find("name");
@@ -188,9 +177,14 @@ void overlay_list(Node& list, const Node& top, const std::string& path) {
     Node* entry = const_cast<Node*>(find_entry(list, top.keys[i]));
     if (!entry) {
       std::vector<std::string> names;
-      for (std::size_t k = 0; k < list.items.size(); ++k) names.push_back(entry_name(list, k));
+      constexpr std::size_t kMostNamed = 8;
+      std::string there;
+      for (std::size_t k = 0; k < list.items.size(); ++k) {
+        names.push_back(entry_name(list, k));
+        if (k < kMostNamed) there += (there.empty() ? "there is " : ", ") + names.back();
+      }
       const std::string nearest = base::nearest_word(top.keys[i], names);
-      const std::string hint = nearest.empty() ? "" : "did you mean " + origin.under + path + "." + nearest + "?";
+      const std::string hint = nearest.empty() ? there : "did you mean " + origin.under + path + "." + nearest + "?";
       throw base::Error(complaint_at(origin, {.key = key, .hint = hint, .message = "no such entry"}));
     }
     if (!top.items[i].is_table())
@@ -214,7 +208,8 @@ void overlay_table(Node& base, const Node& top, const std::string& path) {
     } else if (found->is_list()) {
       overlay_list(*found, item, key);
     } else {
-      throw base::Error(complaint_at(item.origin, {.key = key, .value = value_text(*found), .allowed = "must be a table before its keys can be set"}));
+      throw base::Error(
+          complaint_at(item.origin, {.key = key, .value = value_text(*found), .allowed = "must be a table before its keys can be set"}));
     }
   }
 }

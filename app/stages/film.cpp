@@ -17,6 +17,7 @@
 #include "app/study/run_report.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -154,12 +155,13 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
   std::string text = "shot   " + m.shot.name + "  " + frames_text(m.range.first, m.range.last);
   if (m.wants(Stage::render) || m.wants(Stage::preview)) text += "  " + std::to_string(picture.width) + "x" + std::to_string(picture.height);
   if (m.wants(Stage::render) && m.dimension() == 3) text += "  " + std::to_string(picture.spp) + " spp";
-  progress.line(text + "  " + std::to_string(m.order.threads) + (m.order.threads == 1 ? " thread" : " threads"));
+  progress.line(text + "  " + base::count_of(m.order.threads, "thread"));
   progress.line("plan   " + plan_line(m.shot) + (m.order.cost.empty() ? "" : ", " + m.order.cost));
   if (!again.empty()) progress.line("again  " + again);
   if (finished.damaged().empty()) return;
   const std::size_t more = finished.damaged().size() - 1;
-  progress.line("again  " + finished.damaged().front() + (more > 0 ? " and " + std::to_string(more) + " more files" : "") + (more > 0 ? " are" : " is") + " damaged");
+  progress.line("again  " + finished.damaged().front() + (more > 0 ? " and " + std::to_string(more) + " more files" : "") +
+                (more > 0 ? " are" : " is") + " damaged");
 }
 
 void remove_for_restart(const Making& m) {
@@ -185,7 +187,8 @@ std::vector<std::int64_t> missing_points(const Making& m, Finished& finished) {
   if (!m.wants(Stage::simulate)) return {};
   std::vector<std::int64_t> missing;
   for (std::int64_t frame = 1; frame <= m.range.last; ++frame)
-    if (m.order.restart || !(frame < m.range.first ? finished.stands(Stage::simulate, frame) : finished.has(Stage::simulate, frame))) missing.push_back(frame);
+    if (m.order.restart || !(frame < m.range.first ? finished.stands(Stage::simulate, frame) : finished.has(Stage::simulate, frame)))
+      missing.push_back(frame);
   return missing;
 }
 

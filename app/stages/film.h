@@ -29,8 +29,8 @@ struct Order {
   std::string cost = {};              // what the frames are expected to take, for the first lines; empty when nobody knows
 };
 
-/// Makes what is missing, writes run.json and report.html, and returns the content of run.json. Throws base::Error: exit 2 where a file upstream is missing
-/// or another process works there, 3 for an unstable simulation, 4 where frames are of another shot, 5 for the disk; and Interrupted.
+/// Makes what is missing, writes run.json and report.html, and returns the content of run.json. Throws base::Error: exit 2 where a file upstream
+/// is missing or another process works there, 3 for an unstable simulation, 4 where frames are of another shot, 5 for the disk; and Interrupted.
 nlohmann::ordered_json make_film(const Shot&, const Order&, base::Progress&);
 
 }  // namespace app

@@ -81,7 +81,9 @@ fs::path Folder::image(std::int64_t frame, std::string_view extension) const { r
 fs::path Folder::preview(std::int64_t frame) const { return root_ / "preview" / numbered("preview", frame, ".png"); }
 fs::path Folder::record(Stage stage, std::int64_t frame) const { return root_ / kLedger / numbered(stage_name(stage), frame, ".json"); }
 fs::path Folder::checkpoint(std::int64_t frame) const { return root_ / kCheckpoints / numbered(kCheckpoint, frame, ".h5"); }
-fs::path Folder::lock_of(Stage stage, std::int64_t frame) const { return root_ / kLedger / numbered("." + std::string(stage_name(stage)), frame, ".lock"); }
+fs::path Folder::lock_of(Stage stage, std::int64_t frame) const {
+  return root_ / kLedger / numbered("." + std::string(stage_name(stage)), frame, ".lock");
+}
 fs::path Folder::movie(Stage stage) const { return root_ / (stage == Stage::preview ? "preview.mp4" : "movie.mp4"); }
 
 fs::path Folder::movie_record(Stage stage) const { return root_ / kLedger / (movie(stage).stem().string() + ".json"); }
@@ -127,7 +129,8 @@ void Folder::remove_files(Stage stage) const {
 }
 
 void Folder::remove_leftovers() const {
-  static const std::regex left(R"(\.(shot|run|report|movie|preview|(points|surface|beauty|preview|simulate|render|state)\.[0-9]{4,9})\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)"
+  static const std::regex left(R"(\.(shot|run|report|movie|preview|(points|surface|beauty|preview|simulate|render|state)\.[0-9]{4,9}))"
+                               R"(\.tmp[0-9]+-[0-9]+\.[a-z0-9]+)"
                                R"(|\.(simulate|run|movie|(surface|render|preview)\.[0-9]{4,9})\.lock)");
   std::vector<fs::path> folders = {root_, root_ / kLedger, root_ / kCheckpoints};
   for (const Series& series : kSeries) folders.push_back(root_ / series.folder);

@@ -17,7 +17,9 @@ std::string hex16(std::uint64_t);
 /// upstream changes all below it. The program's version is no part of them: records name it, and who goes on compares it.
 struct StageHashes {
   std::string simulate, surface, render, preview;   // no surface in two dimensions
-  const std::string& of(Stage stage) const { return stage == Stage::simulate ? simulate : stage == Stage::surface ? surface : stage == Stage::render ? render : preview; }
+  const std::string& of(Stage stage) const {
+    return stage == Stage::simulate ? simulate : stage == Stage::surface ? surface : stage == Stage::render ? render : preview;
+  }
 };
 StageHashes stage_hashes(const Shot&);
 

@@ -93,7 +93,8 @@ FolderLock::FolderLock(const Folder& folder) : folder_(folder) {
   std::error_code failure, none;
   fs::path made = fs::absolute(folder.root(), failure).lexically_normal();   // fails where the working directory is gone
   if (failure) base::throw_io(folder.root().string(), "the working directory: " + failure.message());
-  for (; made.has_relative_path() && fs::symlink_status(made, none).type() == fs::file_type::not_found; made = made.parent_path()) made_.push_back(made);
+  for (; made.has_relative_path() && fs::symlink_status(made, none).type() == fs::file_type::not_found; made = made.parent_path())
+    made_.push_back(made);
   fs::create_directories(folder.root(), failure);
   if (failure == std::errc::file_exists) base::throw_io(folder.root().string(), "is a link to nothing");
   if (failure) base::throw_io(folder.root().string(), failure.message());

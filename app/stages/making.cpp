@@ -36,7 +36,8 @@ std::string names_of(const std::vector<ChangedKey>& changed, std::size_t from = 
   std::string message = first.before.empty() ? "the frames here were made without it" : "the frames here were made with " + first.before;
   if (changed.size() > 1) message += "; " + names_of(changed, 1) + " changed too";
   const std::string hint = stage == Stage::surface ? "surface makes them again; another --out leaves them" : kGoesOn;
-  throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .key = first.key, .value = first.now, .hint = hint, .message = message});
+  throw base::Error(
+      {.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .key = first.key, .value = first.now, .hint = hint, .message = message});
 }
 
 // The keys in which shot.toml differs for a stage; none where it was written for others since.
@@ -86,7 +87,9 @@ std::string made_again(const Making& m) {
   if (m.order.restart) return {};
   std::string stages;
   std::vector<ChangedKey> why;
-  const auto feeds = [&](Stage stage) { return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return is_below(s, stage, m.dimension()); }); };
+  const auto feeds = [&](Stage stage) {
+    return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return is_below(s, stage, m.dimension()); });
+  };
   for (const Stage stage : {Stage::simulate, Stage::surface, Stage::preview, Stage::render}) {
     if (m.folder.recorded_frames(stage).empty()) continue;
     const std::vector<ChangedKey> changed = changes(m, stage);
@@ -96,7 +99,8 @@ std::string made_again(const Making& m) {
     if (!past.other_version.empty()) add_once(why, {"program.version", past.other_version, kVersion});
     if (past.other_keys)
       for (const ChangedKey& key : changed) add_once(why, key);
-    if (past.other_keys && changed.empty() && stage != Stage::surface && !m.shot.render.files().empty()) add_once(why, {"the content of a file", "", ""});
+    if (past.other_keys && changed.empty() && stage != Stage::surface && !m.shot.render.files().empty())
+      add_once(why, {"the content of a file", "", ""});
     stages += (stages.empty() ? "" : ", ") + std::string(stage_name(stage));
   }
   return stages.empty() || why.empty() ? stages : stages + " (" + names_of(why) + " changed)";
@@ -132,7 +136,8 @@ void check_upstream(const Making& m, Finished& finished) {
 void check_version(const Making& m) {
   const std::string version = past_of(m, Stage::simulate).other_version;
   if (version.empty()) return;
-  throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.root().string(), .key = "program.version", .value = kVersion, .hint = kGoesOn,
+  throw base::Error({.code = base::Exit::resume_refused, .file = m.folder.root().string(), .key = "program.version", .value = kVersion,
+                     .hint = kGoesOn,
                      .message = "the frames here were made by polypic " + version});
 }
 

@@ -10,18 +10,11 @@
 #include "app/stages/stopwatch.h"
 #include "app/version.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "surface/surface.h"
 
 namespace app {
 namespace {
-
-/// Rounded up to 1, 2 or 5 times a power of ten.
-double round_up(double value) {
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double step : {1.0, 2.0, 5.0})
-    if (value <= step * decade) return step * decade;
-  return 10 * decade;
-}
 
 // A speed [m/s] that the shot's particles hardly pass, the same for all its frames: that of a fall through the domain on
 // top of the fastest start, rounded up to 1, 2 or 5 times a power of ten.
@@ -31,7 +24,7 @@ double top_speed(const sim::Scene& scene) {
   for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
   const double speed = std::sqrt(squared + start * start);
   if (!(speed > 0)) return 1;
-  return round_up(speed);
+  return base::round_up(speed);
 }
 
 /// The end of a preview's colour bar, for all frames: a pressure that stops the fastest liquid, or strains a solid by a twentieth; a strain of a
@@ -40,18 +33,18 @@ std::optional<double> preview_range(const Shot& shot) {
   const std::string& color = shot.render.preview.color;
   const double speed = top_speed(shot.scene);
   if (color == "strain") return 0.1;
-  if (color == "mode_energy") return round_up(5e-4 * speed * speed);
+  if (color == "mode_energy") return base::round_up(5e-4 * speed * speed);
   if (color != "pressure") return {};
   double top = 0;
   for (const sim::Body& body : shot.scene.bodies)
     top = std::max(top, shot.scene.options.is_solid() ? 0.05 * body.solid.young : 0.5 * body.density * speed * speed);
-  return top > 0 ? round_up(top) : 1;
+  return top > 0 ? base::round_up(top) : 1;
 }
 
 std::string caption(const Shot& shot, const sim::Frame& frame) {
   char text[200];
-  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number), frame.time,
-                transfer_text(shot.scene.options).c_str(), frame.id.size());
+  std::snprintf(text, sizeof text, "%s  frame %lld  t = %.3f s  %s  %zu particles", shot.name.c_str(), static_cast<long long>(frame.number),
+                frame.time, transfer_text(shot.scene.options).c_str(), frame.id.size());
   return text;
 }
 
@@ -61,8 +54,9 @@ PictureMaker::PictureMaker(const Shot& shot, const Folder& folder, StageHashes h
     : shot_(shot), folder_(folder), hashes_(std::move(hashes)), threads_(threads) {}
 
 void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& ledger, const Stopwatch& spent) const {
-  write_record(folder_, shot_.scene.options.dimension, {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .version = {}, .source = {}, .files = {},
-                                                        .seconds = spent.seconds(), .cpu_seconds = spent.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = {}, .totals = {}});
+  write_record(folder_, shot_.scene.options.dimension,
+               {.stage = stage, .frame = frame, .hash = hashes_.of(stage), .seconds = spent.seconds(),
+                .cpu_seconds = spent.cpu_seconds(), .passes = ledger.passes()});
 }
 
 bool PictureMaker::colliders_move() const {
@@ -109,7 +103,8 @@ render::Image PictureMaker::draw(std::int64_t frame, base::Ledger& ledger) const
   const sim::Frame points = surface::read_points(folder_.points(frame));
   if (!is_flat() && shot_.render.preview.draw == "surface") {
     const auto made = read_record(folder_, Stage::surface, frame);
-    if (!made || made->hash != hashes_.surface) base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
+    if (!made || made->hash != hashes_.surface)
+      base::throw_input(folder_.surface(frame).string(), "is not made, or from another shot; run surface first");
     const surface::Mesh mesh = surface::read_surface(folder_.surface(frame), shot_.surface, ledger);
     const auto pass = ledger.pass("draw", static_cast<std::int64_t>(mesh.position.size() * 3 * sizeof(base::Vec3f)));
     return render::preview(setting_at(frame), points, mesh, caption(shot_, points), top_speed(shot_.scene));

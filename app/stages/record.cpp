@@ -81,9 +81,11 @@ sim::Totals totals_from(const Json& json) {
   totals.linear_momentum = vector(json.at("linear_momentum"));
   totals.angular_momentum = vector(json.at("angular_momentum"));
   totals.max_speed = json.at("max_speed");
-  if (json.contains("elastic_energy")) totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
+  if (json.contains("elastic_energy"))
+    totals.elastic_energy = json.at("elastic_energy").get<double>(), totals.shortest_step = json.at("shortest_step");
   else totals.max_divergence = json.at("max_divergence");
-  if (json.contains("least_volume")) totals.least_volume = json.at("least_volume").get<double>(), totals.most_volume = json.at("most_volume").get<double>();
+  if (json.contains("least_volume"))
+    totals.least_volume = json.at("least_volume").get<double>(), totals.most_volume = json.at("most_volume").get<double>();
   totals.largest_coefficient = json.value("largest_coefficient", 0.0);   // of records of before the watch there are none of these
   totals.largest_cfl = json.value("largest_cfl", 0.0);
   totals.collider_work = json.value("collider_work", 0.0);
@@ -99,7 +101,9 @@ sim::Totals totals_from(const Json& json) {
 
 Json passes_json(const std::map<std::string, base::PassCost, std::less<>>& passes) {
   Json out = Json::object();
-  for (const auto& [name, cost] : passes) out[name] = {{"calls", cost.calls}, {"seconds", finite(cost.seconds, name)}, {"bytes", cost.bytes}, {"cpu_seconds", finite(cost.cpu_seconds, name)}};
+  for (const auto& [name, cost] : passes)
+    out[name] = {
+        {"calls", cost.calls}, {"seconds", finite(cost.seconds, name)}, {"bytes", cost.bytes}, {"cpu_seconds", finite(cost.cpu_seconds, name)}};
   return out;
 }
 
@@ -135,7 +139,8 @@ Record record_from(const Json& json, Stage stage) {
   record.seconds = json.at("seconds");
   record.cpu_seconds = json.value("cpu_seconds", 0.0);
   record.peak_bytes = json.at("peak_bytes");
-  for (const auto& [name, cost] : json.at("passes").items()) record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes"), cost.value("cpu_seconds", 0.0)};
+  for (const auto& [name, cost] : json.at("passes").items())
+    record.passes[name] = {cost.at("calls"), cost.at("seconds"), cost.at("bytes"), cost.value("cpu_seconds", 0.0)};
   if (json.contains("attributes")) record.attributes = json.at("attributes");
   if (stage == Stage::simulate) record.totals = totals_from(json);
   return record;

@@ -17,23 +17,23 @@ namespace app {
 
 struct Record {
   struct File {
-    std::string name;          // relative to the run's directory
+    std::string name = {};      // relative to the run's directory
     std::uint64_t bytes = 0;
-    std::string checksum;      // base/checksum.h, 16 hexadecimal digits
+    std::string checksum = {};  // base/checksum.h, 16 hexadecimal digits
     bool operator==(const File&) const = default;
   };
   Stage stage = Stage::simulate;
   std::int64_t frame = 1;
-  std::string hash;            // of the shot's keys that the stage reads
-  std::string version;         // of the program
-  std::optional<File> source;  // upstream: what it was made from
-  std::vector<File> files;
+  std::string hash = {};        // of the shot's keys that the stage reads
+  std::string version = {};     // of the program
+  std::optional<File> source = {};  // upstream: what it was made from
+  std::vector<File> files = {};
   double seconds = 0;          // wall clock
   double cpu_seconds = 0;      // of all threads
   std::int64_t peak_bytes = 0; // resident memory of the process so far
-  std::map<std::string, base::PassCost, std::less<>> passes;
-  std::map<std::string, std::int64_t, std::less<>> attributes;   // bytes that all particles hold: simulate only
-  std::optional<sim::Totals> totals;   // simulate only
+  std::map<std::string, base::PassCost, std::less<>> passes = {};
+  std::map<std::string, std::int64_t, std::less<>> attributes = {};   // bytes that all particles hold: simulate only
+  std::optional<sim::Totals> totals = {};   // simulate only
 };
 
 /// A file of the run as it is now; empty when it cannot be read.

@@ -15,7 +15,8 @@
 namespace app {
 
 PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::vector<std::int64_t> missing, base::Progress& progress)
-    : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)), checkpoints_(folder, hash_, shot.checkpoint_keep, progress) {
+    : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)),
+      checkpoints_(folder, hash_, shot.checkpoint_keep, progress) {
   if (!missing_.empty()) watch_ = std::make_unique<sim::Watch>(shot.scene, shot.fps);
 }
 
@@ -39,8 +40,9 @@ double PointsMaker::make(std::int64_t frame) {
     if (id && column.rows == id->rows && column.name != "watch") ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
   surface::write_points(points, watch_->simulation().frame(), ledger);
   if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(watch_->state(), ledger);
-  write_record(folder_, shot_.scene.options.dimension, {.stage = Stage::simulate, .frame = frame, .hash = hash_, .version = {}, .source = {}, .files = {},
-                                                        .seconds = watch.seconds(), .cpu_seconds = watch.cpu_seconds(), .peak_bytes = 0, .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
+  write_record(folder_, shot_.scene.options.dimension,
+               {.stage = Stage::simulate, .frame = frame, .hash = hash_, .seconds = watch.seconds(),
+                .cpu_seconds = watch.cpu_seconds(), .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
   checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }

@@ -118,7 +118,7 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
     throw base::Error({.file = "--quality " + *order.overrides.quality, .message = kIdleQuality});
   const int repeats = order.repeats.value_or(kRepeats);
   sign(study, order, repeats);
-  TrialRuns runs{.repeats = repeats, .folder = order.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}};
+  TrialRuns runs{.repeats = repeats, .folder = order.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}, .besides = {}};
   runs.size = [&](const Trial& t) { return work.at(t.hash); };
   runs.run = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {}, failure); };
   runs.audit = [&](const Trial& t, int, std::string& failure) { return run_single(name, order, t, {"sim.audit=true"}, failure); };

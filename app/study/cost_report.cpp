@@ -8,6 +8,7 @@
 #include "app/study/cost_plots.h"
 #include "app/study/page.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -120,7 +121,8 @@ void add_table(Page& page, const Study& study) {
     rows.push_back(std::move(row));
   }
   page.table(columns, rows,
-             std::string("A click on a head sorts. ") + (study.repeats > 1 ? "Seconds are medians and half the spread. " : "Seconds are of one run. ") +
+             std::string("A click on a head sorts. ") +
+                 (study.repeats > 1 ? "Seconds are medians and half the spread. " : "Seconds are of one run. ") +
                  "On the front (bold): nothing that was tried is both nearer to the truth and faster. Ties: those of the same case that are as "
                  "fast, within the spread.");
 }
@@ -195,8 +197,8 @@ void add_facts(Page& page, const Study& study) {
           number("%.3g", *part.noise.value[m])});
   facts.push_back({"command", study.command});
   facts.push_back({"program", "polypic " + study.version + (study.commit.empty() ? "" : " (" + study.commit + ")")});
-  const std::string threads = std::to_string(study.threads) + (study.threads == 1 ? " thread" : " threads");
-  facts.push_back({"machine", study.processor + ", " + std::to_string(study.cores) + (study.cores == 1 ? " core" : " cores")});
+  const std::string threads = base::count_of(study.threads, "thread");
+  facts.push_back({"machine", study.processor + ", " + base::count_of(study.cores, "core")});
   facts.push_back({"measured", study.repeats == 1
                                    ? "each variant once, with " + threads + ": how far times scatter is not known"
                                    : "each variant " + std::to_string(study.repeats) + " times, in turns, after one run to warm up, with " + threads +
@@ -206,7 +208,7 @@ void add_facts(Page& page, const Study& study) {
   std::size_t failed = 0;
   for (const Variant& v : study.variants)
     if (!v.ran()) failures += v.part + ", " + v.label + ": " + v.failure + "\n", ++failed;
-  if (failed > 0) page.details(std::to_string(failed) + (failed == 1 ? " variant" : " variants") + " could not run", failures);
+  if (failed > 0) page.details(base::count_of(failed, "variant") + " could not run", failures);
 }
 
 }  // namespace

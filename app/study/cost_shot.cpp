@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/plan/predict.h"
+#include "app/stages/stopwatch.h"
 #include "app/study/distance.h"
 #include "app/study/front.h"
 #include "app/study/shot_runs.h"
@@ -12,6 +13,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "render/render.h"
+#include "sim/size.h"
 
 namespace app {
 namespace {
@@ -20,7 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr int kRepeats = 2;
 constexpr double kStart = 0.3;                        // [s] of a process, before and after what it measures
-constexpr std::size_t kCompared = 8, kPictures = 4;   // frames
+constexpr std::size_t kFrames = 8, kPictures = 4;     // that are compared, and drawn
+constexpr double kCompared = 5e-6, kComparedFlat = 1.6e-6;   // [s] a particle and frame on one thread: sorted along 48 directions, or 16
 constexpr double kTrusted = 0.5;                      // of the variants' error: where chance makes more, frames are compared no more
 
 /// At most `count` frames up to the last, evenly spread, the first left out: nothing has happened there.
@@ -61,7 +64,7 @@ class ShotStudy {
     if (last_ < 2) throw base::Error({.file = "--frames", .message = "must reach to frame 2 at least: nothing has moved before"});
     if (shot_.has_pictures) more_ = {"render.width=480", "render.height=270"};
     if (shot_.has_pictures && shot_.scene.options.dimension == 3) more_.push_back("render.spp=16");
-    compared_ = spread_frames(last_, kCompared);
+    compared_ = spread_frames(last_, kFrames);
     pictures_ = spread_frames(last_, kPictures);
   }
 
@@ -81,21 +84,22 @@ class ShotStudy {
     tell_plan(variants_, runs, shot_.name, order_.dry_run, progress_);
     progress_.line("       " + study_.notes.front() + "; and the shot as it is, twice");
     if (order_.dry_run) {
-      if (const auto seconds = predicted_seconds()) {
-        runs.known = KnownRun{*seconds, kStart, size_of(references_.front())};
-        tell_time(variants_, runs, progress_);
-      }
+      tell_predicted_time(runs);
       return study_;
     }
     run_trials(references_, runs_of(1), progress_);
     keep_sizes(references_);
+    const Stopwatch watch;
+    const std::int64_t drawn = make_pictures(references_);
+    const double a_picture = drawn > 0 ? watch.seconds() / double(drawn) : predicted_picture(cached_pilot(shot_, last_, order_.threads));
     for (const Trial& t : references_)
       if (!t.variant.ran())
         throw base::Error({.file = file_.string(), .hint = "the reference is the shot's own settings", .message = t.variant.failure});
     runs.known = KnownRun{references_.front().variant.seconds_median, kStart, size_of(references_.front())};
+    runs.besides = seconds_besides(missing_pictures(variants_), a_picture);
     run_trials(variants_, runs, progress_);
     keep_sizes(variants_);
-    make_pictures();
+    make_pictures(variants_);
     compare();
     study_.reference = references_.front().variant;
     for (Trial& t : variants_) study_.variants.push_back(t.variant);
@@ -147,7 +151,8 @@ class ShotStudy {
                          .key = "sim.cell",
                          .hint = "--vary sim.cell=... says which to try",
                          .message = "no coarser cell parts the domain"});
-    const std::string chosen = "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's";
+    const std::string chosen =
+        "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's";
     study_.notes.push_back(own_cells ? "cells as varied" : chosen);
     const std::vector<Sets> ladder = order_.vary.empty() ? scheme_ladder(shot_.scene.options.is_solid()) : combinations(order_.vary);
     std::vector<std::optional<base::Complaint>> complaints;
@@ -184,16 +189,59 @@ class ShotStudy {
     return work * std::pow(t.variant.cell, -double(shot_.scene.options.dimension));
   }
 
-  /// [s] of the reference, as `polypic plan` says.
-  std::optional<double> predicted_seconds() const {
-    const FrameRange range{1, last_};
+  /// As `polypic plan` foretells the reference.
+  void tell_predicted_time(TrialRuns& runs) {
     std::optional<Pilot> pilot = cached_pilot(shot_, last_, order_.threads);
     if (!pilot) {
+      progress_.line("       measuring small runs of the shot on this machine, a minute at most; they are kept ...");
       pilot = measure_pilot("/proc/self/exe", shot_, order_.overrides, last_, order_.threads);
-      if (!pilot) return {};
-      keep_pilot(shot_, order_.threads, *pilot);
+      if (pilot) keep_pilot(shot_, order_.threads, *pilot);
     }
-    return predict(shot_, *pilot, range).cpu["simulate"] / order_.threads;
+    if (!pilot) {
+      progress_.line("runs   how long they take is not known: small runs of this shot take more than a minute, or fail");
+      return;
+    }
+    const double simulating = predict(shot_, *pilot, {1, last_}).cpu["simulate"] / order_.threads;
+    read_kept_runs(references_, runs);
+    runs.known = KnownRun{simulating, kStart, size_of(references_.front())};
+    runs.besides = seconds_besides(missing_pictures(variants_) + missing_pictures(references_), predicted_picture(pilot));
+    const auto missing = std::count_if(references_.begin(), references_.end(), [](const Trial& t) { return t.kept.runs.empty(); });
+    if (missing > 0) runs.besides.insert(runs.besides.begin(), {"the shot as it is", double(missing) * (simulating + kStart)});
+    tell_time(variants_, runs, progress_);
+  }
+
+  /// [s] of a surface and its picture as a study draws them; 0 where no pilot says.
+  double predicted_picture(const std::optional<Pilot>& pilot) const {
+    if (!pilot) return 0;
+    const Shot drawn = read_shot(file_, run_of(references_.front(), {}).overrides);
+    double seconds = 0;
+    for (const std::int64_t frame : pictures_)
+      for (const auto& [stage, spent] : predict(drawn, *pilot, {frame, frame}).cpu)
+        if (stage != stage_name(Stage::simulate)) seconds += spent / order_.threads / double(pictures_.size());
+    return seconds;
+  }
+
+  /// Of the trials that can run.
+  std::int64_t missing_pictures(const std::vector<Trial>& trials) const {
+    std::int64_t missing = 0;
+    for (const Trial& t : trials)
+      if (shot_.has_pictures && t.variant.ran())
+        missing +=
+            std::count_if(pictures_.begin(), pictures_.end(), [&](std::int64_t f) { return !fs::exists(Folder(folder_of(t)).image(f, ".png")); });
+    return missing;
+  }
+
+  /// What drawing and comparing take. Pictures of all variants have one size, and are taken to cost what the reference's do.
+  std::vector<std::pair<std::string, double>> seconds_besides(std::int64_t pictures, double a_picture) const {
+    std::vector<std::pair<std::string, double>> besides;
+    if (pictures > 0) besides.emplace_back(base::count_of(pictures, "picture"), double(pictures) * a_picture);
+    double particles = 0;
+    for (const auto* trials : {&references_, &variants_})
+      for (const Trial& t : *trials)
+        if (t.variant.ran()) particles += sim::size_of(read_shot(file_, run_of(t, {}).overrides).scene).particles;
+    const double own = shot_.scene.options.dimension == 2 ? kComparedFlat : kCompared;
+    besides.emplace_back("comparing", particles * double(compared_.size()) * own / order_.threads);
+    return besides;
   }
 
   /// The shot as it is, and once more with particles seeded otherwise.
@@ -209,7 +257,7 @@ class ShotStudy {
   }
 
   TrialRuns runs_of(int repeats) {
-    TrialRuns runs{.repeats = repeats, .folder = order_.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}};
+    TrialRuns runs{.repeats = repeats, .folder = order_.out / "variants", .run = {}, .audit = {}, .size = {}, .known = {}, .besides = {}};
     runs.size = [&](const Trial& t) { return size_of(t); };
     runs.run = [&](const Trial& t, int repeat, std::string& failure) {
       if (repeat == 0) return simulate(run_of(t, folder_of(t)), failure);   // its frames are kept
@@ -253,15 +301,18 @@ class ShotStudy {
     return list;
   }
 
-  void make_pictures() {
-    if (!shot_.has_pictures) return;
-    for (Trial* const t : all()) {
-      const ShotRun run = run_of(*t, folder_of(*t));
-      t->variant.failure = app::make_pictures(run, pictures_);
-      if (!t->variant.ran()) continue;
-      for (const std::int64_t frame : pictures_) t->variant.pictures.push_back({frame, Folder(run.out).image(frame, ".png")});
-      progress_.line("drawn  " + t->variant.label);
+  /// How many were missing.
+  std::int64_t make_pictures(std::vector<Trial>& trials) {
+    const std::int64_t missing = missing_pictures(trials);
+    for (Trial& t : trials) {
+      if (!shot_.has_pictures || !t.variant.ran()) continue;
+      const ShotRun run = run_of(t, folder_of(t));
+      t.variant.failure = app::make_pictures(run, pictures_);
+      if (!t.variant.ran()) continue;
+      for (const std::int64_t frame : pictures_) t.variant.pictures.push_back({frame, Folder(run.out).image(frame, ".png")});
+      progress_.line("drawn  " + t.variant.label);
     }
+    return missing;
   }
 
   bool has_surface() const { return shot_.scene.options.dimension == 3; }

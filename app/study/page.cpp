@@ -134,7 +134,8 @@ void Page::scrubber(const std::vector<Strip>& strips, const std::vector<std::str
   for (const Strip& strip : strips) {
     add("<figure class=\"strip\"><div class=\"frames\">");
     for (std::size_t k = 0; k < moments.size(); ++k) {
-      const std::string attributes = "data-frame=\"" + std::to_string(k) + "\" " + (k + 1 == moments.size() ? "" : "hidden ");   // opens where most has happened
+      const std::string attributes =
+          "data-frame=\"" + std::to_string(k) + "\" " + (k + 1 == moments.size() ? "" : "hidden ");   // opens where most has happened
       if (k < strip.pictures.size()) add_picture(strip.pictures[k], kStripWidth, attributes, strip.label + ", " + moments[k]);
       else add("<span class=\"none\" " + attributes + ">no picture</span>");
     }

@@ -11,6 +11,7 @@
 #include "app/study/page.h"
 #include "app/study/plot.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -165,8 +166,7 @@ std::vector<std::string> sentences(const Json& run, const Columns& columns) {
   double seconds = 0;
   for (const Json& frame : run.at("frames"))
     for (const auto& [stage, spent] : frame.at("seconds").items()) stages[stage] += spent.get<double>(), seconds += spent.get<double>();
-  std::string text = std::to_string(run.at("frames").size()) + (run.at("frames").size() == 1 ? " frame in " : " frames in ")
-      + base::duration_text(seconds);
+  std::string text = base::count_of(run.at("frames").size(), "frame") + " in " + base::duration_text(seconds);
   const std::pair<const char*, const char*> kNames[] = {{"simulate", "simulation"}, {"surface", "surface"}, {"render", "pictures"}};
   std::string parts;
   for (const auto& [stage, name] : kNames)

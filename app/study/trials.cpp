@@ -14,6 +14,7 @@
 #include "app/version.h"
 #include "base/checksum.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -65,6 +66,21 @@ void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<T
     }
 }
 
+void read_kept_runs(std::vector<Trial>& trials, const TrialRuns& order) {
+  for (Trial& t : trials)
+    if (t.variant.ran()) t.kept = read_kept(file_of(t, order.folder), t.hash);
+}
+
+void refuse_what_is_given_twice(const std::vector<Varied>& vary, const Overrides& overrides) {
+  for (auto varied = vary.begin(); varied != vary.end(); ++varied) {
+    const std::string option = "--vary " + varied->key;
+    const auto is_same = [&](const Varied& other) { return other.key == varied->key; };
+    if (std::any_of(vary.begin(), varied, is_same)) throw base::Error({.file = option, .message = "is given twice: all values go after one ="});
+    for (const std::string& set : overrides.sets)
+      if (set.starts_with(varied->key + "=")) throw base::Error({.file = option, .message = "is also given by --set " + set});
+  }
+}
+
 void refuse_what_changes_nothing(const std::vector<Varied>& vary, const std::vector<Trial>& trials, const std::string& read_by) {
   for (const Varied& varied : vary) {
     std::map<std::vector<std::string>, std::vector<std::string>> texts;   // by what a trial has beside this key
@@ -86,11 +102,6 @@ namespace {
 
 bool is_missing(const Trial& t, int count) { return t.variant.ran() && int(t.kept.runs.size()) < count; }
 
-void read_all(std::vector<Trial>& trials, const fs::path& folder) {
-  for (Trial& t : trials)
-    if (t.variant.ran()) t.kept = read_kept(file_of(t, folder), t.hash);
-}
-
 /// That are still to be made, the audit among them.
 int runs_of(const Trial& t, const TrialRuns& order) {
   if (!t.variant.ran()) return 0;
@@ -102,7 +113,10 @@ void announce(const std::vector<Trial>& trials, const TrialRuns& order, const Kn
   int runs = 0;
   for (const Trial& t : trials)
     if (const int own = runs_of(t, order); own > 0) runs += own, seconds += own * (known.around + known.seconds * order.size(t) / known.size);
-  if (runs > 0) progress.line(fmt::format("runs   {} to make, in about {}", runs, base::duration_text(seconds)));
+  std::string text = fmt::format("{} to make, in about {}", runs, base::duration_text(seconds));
+  for (const auto& [what, own] : order.besides) text += fmt::format("; {}, {}", what, base::duration_text(own)), seconds += own;
+  if (!order.besides.empty()) text += fmt::format(": {} in all", base::duration_text(seconds));
+  if (runs > 0) progress.line("runs   " + text);
 }
 
 /// One that nobody counts: it warms the caches of the disk and the clock of the processor.
@@ -118,12 +132,13 @@ std::optional<KnownRun> warm_up(const Trial& trial, const TrialRuns& order) {
 }  // namespace
 
 void tell_plan(std::vector<Trial>& trials, const TrialRuns& order, const std::string& subject, bool names, base::Progress& progress) {
-  read_all(trials, order.folder);
+  read_kept_runs(trials, order);
   int runs = 0, made = 0;
   for (const Trial& t : trials) runs += runs_of(t, order), made += int(std::min(t.kept.runs.size(), std::size_t(order.repeats)));
   const std::string times = order.repeats == 1 ? "once" : fmt::format("{} times", order.repeats);
-  progress.line(fmt::format("study  {} variants of {}, {} each{}: {} runs{}", trials.size(), subject, times,
-                            order.audit ? " and once more for the audit" : "", runs, made > 0 ? fmt::format(", and {} made before", made) : ""));
+  progress.line(fmt::format("study  {} of {}, {} each{}: {}{}", base::count_of(trials.size(), "variant"), subject, times,
+                            order.audit ? " and once more for the audit" : "", base::count_of(runs, "run"),
+                            made > 0 ? fmt::format(", and {} made before", made) : ""));
   if (!names) return;
   for (const Trial& t : trials) {
     const std::string failure = t.variant.ran() ? "" : "   cannot run: " + t.variant.failure;
@@ -140,7 +155,7 @@ void tell_time(const std::vector<Trial>& trials, const TrialRuns& order, base::P
 
 void run_trials(std::vector<Trial>& trials, const TrialRuns& order, base::Progress& progress) {
   make_folder(order.folder);
-  read_all(trials, order.folder);
+  read_kept_runs(trials, order);
   const auto attempt = [&](Trial& t, const RunTrial& way, int repeat) {
     stop_if_signalled();
     std::string failure;
@@ -159,7 +174,7 @@ void run_trials(std::vector<Trial>& trials, const TrialRuns& order, base::Progre
   };
   std::size_t kept = 0;
   for (const Trial& t : trials) kept += t.variant.ran() && !is_missing(t, order.repeats);
-  if (kept > 0) progress.line(fmt::format("kept   {} of {} variants, measured before", kept, trials.size()));
+  if (kept > 0) progress.line(fmt::format("kept   {} of {}, measured before", kept, base::count_of(trials.size(), "variant")));
   std::optional<KnownRun> known = order.known;
   const auto first = std::find_if(trials.begin(), trials.end(), [&](const Trial& t) { return is_missing(t, order.repeats); });
   if (first != trials.end() && order.repeats > 1)

@@ -27,6 +27,9 @@ std::string trial_hash(const std::string& text, const std::string& more);
 /// Throws the complaint of a varied key or value that no trial which has it accepts: a mistake, and no variant that cannot run.
 void refuse_what_suits_none(const std::vector<Varied>&, const std::vector<Trial>&, const std::vector<std::optional<base::Complaint>>&);
 
+/// Throws where a key is varied twice, or set as well ("--vary sim.cell: ...").
+void refuse_what_is_given_twice(const std::vector<Varied>&, const Overrides&);
+
 /// Throws where a varied key makes no difference to any variant ("--vary shot.frames: changes nothing ...").
 void refuse_what_changes_nothing(const std::vector<Varied>&, const std::vector<Trial>&, const std::string& read_by);
 
@@ -44,6 +47,7 @@ struct TrialRuns {
   RunTrial run, audit;
   std::function<double(const Trial&)> size;
   std::optional<KnownRun> known;       // of a run that was made before, if there is one
+  std::vector<std::pair<std::string, double>> besides;   // [s] that the study takes beside its runs: what, and how long
 };
 /// Fills what is missing of `repeats` runs a trial, one of each in turn, after one that nobody counts; of those whose runs differ too much, up to
 /// as many once more; then, where `audit` is given, the one that says where the energy went. A trial that fails is marked and not tried again.
@@ -51,6 +55,8 @@ struct TrialRuns {
 /// long it will take.
 void run_trials(std::vector<Trial>&, const TrialRuns&, base::Progress&);
 
+/// What was measured before.
+void read_kept_runs(std::vector<Trial>&, const TrialRuns&);
 /// A line with the number of variants and of runs; and where all are to be named a line each.
 void tell_plan(std::vector<Trial>&, const TrialRuns&, const std::string& subject, bool names, base::Progress&);
 /// Makes one run that nobody counts, unless one is known, and says how long all take.

@@ -9,6 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include <fmt/format.h>
+
+#include "app/shot/shot.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/stopwatch.h"
 #include "app/study/verify_files.h"
@@ -17,6 +20,9 @@
 
 namespace app {
 namespace {
+
+constexpr const char* kOfShots = "threads_and_restarts";
+constexpr const char* kNoShots = "the shipped shots, and none lie beside the program";
 
 /// `pattern` with * for any letters and ? for one.
 bool matches(std::string_view text, std::string_view pattern) {
@@ -75,10 +81,18 @@ std::vector<sim::VerifyCase> all_verify_cases() {
   return all;
 }
 
+std::vector<sim::CaseNotBuilt> cases_left_out() {
+  std::vector<sim::CaseNotBuilt> all = sim::cases_not_built();
+  if (shipped_shots().empty()) all.push_back({kOfShots, kNoShots, "case 21"});
+  return all;
+}
+
 std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, const std::vector<std::string>& patterns, bool quick) {
   for (const std::string& pattern : patterns) {
     const auto meant = [&](const sim::VerifyCase& c) { return is_meant(c, pattern); };
     if (std::any_of(all.begin(), all.end(), meant)) continue;
+    for (const sim::CaseNotBuilt& c : cases_left_out())
+      if (matches(c.name, pattern) || pattern.starts_with(c.name + "/")) throw base::Error({.file = pattern, .message = "needs " + c.needs});
     const std::string nearest = nearest_name(pattern, all);
     throw base::Error({.file = pattern, .hint = nearest.empty() ? "polypic verify --list shows all" : "did you mean " + nearest + "?",
                        .message = "no such case"});
@@ -87,7 +101,8 @@ std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase> all, cons
     const bool meant = patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& p) { return is_meant(c, p); });
     return !meant || (quick && !c.is_quick);
   });
-  if (all.empty()) throw base::Error({.file = patterns.front(), .hint = "without --quick they run", .message = "--quick leaves out every case of this name"});
+  if (all.empty())
+    throw base::Error({.file = patterns.front(), .hint = "without --quick they run", .message = "--quick leaves out every case of this name"});
   return all;
 }
 
@@ -122,7 +137,7 @@ Json case_json(const sim::VerifyCase& c) {
 
 Json not_built_json() {
   Json missing = Json::array();
-  for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({{"name", c.name}, {"needs", c.needs}, {"source", c.source}});
+  for (const sim::CaseNotBuilt& c : cases_left_out()) missing.push_back({{"name", c.name}, {"needs", c.needs}, {"source", c.source}});
   return missing;
 }
 
@@ -160,11 +175,10 @@ std::string verdicts_text(const std::vector<Verdict>& all) {
   for (const Verdict& v : all) passed += v.passed;
   for (const Verdict& v : all)
     if (!v.passed) text += line_of(v) + "\n      expected: " + v.what.expect + "; " + v.what.source + "\n";
-  char counts[200];
-  std::snprintf(counts, sizeof counts, "%zu cases: %lld passed, %lld failed; not built, and counted apart: %zu\n", all.size(),
-                static_cast<long long>(passed),
-                static_cast<long long>(std::int64_t(all.size()) - passed), sim::cases_not_built().size());
-  return text + counts;
+  text += fmt::format("{}: {} passed, {} failed; not built, and counted apart: {}\n", base::count_of(all.size(), "case"), passed,
+                      std::int64_t(all.size()) - passed, sim::cases_not_built().size());
+  if (shipped_shots().empty()) text += std::string("left out: ") + kOfShots + " needs " + kNoShots + "\n";
+  return text;
 }
 
 }  // namespace app

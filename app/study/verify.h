@@ -22,6 +22,9 @@ struct Verdict {
 /// Every case the program knows, in the order of the table.
 std::vector<sim::VerifyCase> all_verify_cases();
 
+/// Cases that need what is not built, and those of the shipped shots where none lie beside the program.
+std::vector<sim::CaseNotBuilt> cases_left_out();
+
 /// Those whose name matches any of the patterns: a whole name, its beginning up to a slash, or a pattern with * and ?. All for no pattern. Throws
 /// base::Error (exit 2) for a pattern that matches none, with the nearest name.
 std::vector<sim::VerifyCase> chosen_cases(std::vector<sim::VerifyCase>, const std::vector<std::string>& patterns, bool quick);
@@ -35,8 +38,8 @@ nlohmann::ordered_json verdicts_json(const std::vector<Verdict>&);
 nlohmann::ordered_json list_json(const std::vector<sim::VerifyCase>&);
 /// The same as lines for people: failures first, then counts.
 std::string verdicts_text(const std::vector<Verdict>&);
-/// One page: all at a glance, then the tables, an energy curve and a picture of every case that has one, beside the pictures in `folder`. `seconds` that
-/// all of it took on so many threads.
+/// One page: all at a glance, then the tables, an energy curve and a picture of every case that has one, beside the pictures in `folder`.
+/// `seconds` that all of it took on so many threads.
 void write_verify_page(const std::vector<Verdict>&, double seconds, int threads, const std::filesystem::path& folder);
 
 }  // namespace app

@@ -171,8 +171,8 @@ sim::VerifyCase same_bits(const fs::path& file) {
     found.outcome = fmt::format("{} of 2 runs differ from that on one thread; frame {} is {}", differ, kFrames, hex16(alone.hashes.back()));
     found.picture = alone.last, found.scene = shot.scene;
     if (alone.energy.front() == 0) return found;
-    for (std::size_t f = 0; f < alone.energy.size(); ++f) found.time.push_back(alone.time[f]),
-        found.energy.push_back(alone.energy[f] / alone.energy.front());
+    for (std::size_t f = 0; f < alone.energy.size(); ++f)
+      found.time.push_back(alone.time[f]), found.energy.push_back(alone.energy[f] / alone.energy.front());
     return found;
   };
   return c;

@@ -9,6 +9,7 @@
 #include "app/study/verify.h"
 #include "app/version.h"
 #include "base/ledger.h"
+#include "base/text.h"
 #include "render/render.h"
 
 namespace app {
@@ -106,8 +107,8 @@ void add_overview(const std::vector<Verdict>& all, const std::vector<std::pair<s
     passed += v.passed, curves += v.found.energy.size() > 1, pictures += v.found.picture.has_value(), sum += v.seconds;
     slowest.push_back(&v);
   }
-  page.subtitle(fmt::format("{} cases: {} pass, {} fail; {} more need what is not built", all.size(), passed, all.size() - passed,
-                            sim::cases_not_built().size()));
+  page.subtitle(fmt::format("{}: {} pass, {} fail; {} more need what is not there", base::count_of(all.size(), "case"), passed, all.size() - passed,
+                            cases_left_out().size()));
   page.facts({{"program", std::string("polypic ") + kVersion + (*kCommit ? std::string(" (") + kCommit + ")" : "")},
               {"machine", fmt::format("{}, {} threads", processor_name().empty() ? "unknown processor" : processor_name(), threads)},
               {"time", fmt::format("{:.0f} s; {:.0f} s of all cases, several at a time", seconds, sum)},
@@ -163,13 +164,13 @@ void write_verify_page(const std::vector<Verdict>& all, double seconds, int thre
     std::vector<fs::path> pictures;
     std::vector<std::string> labels;
     for (const Verdict* v : members)
-      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty()) pictures.push_back(file),
-          labels.push_back(v->what.name.substr(name.size() + 1));
+      if (const fs::path file = draw(*v, folder / "pictures"); !file.empty())
+        pictures.push_back(file), labels.push_back(v->what.name.substr(name.size() + 1));
     if (!pictures.empty()) page.contact_sheet(pictures, labels);
   }
-  page.heading("Not built");
+  page.heading("Left out");
   std::vector<std::vector<Cell>> missing;
-  for (const sim::CaseNotBuilt& c : sim::cases_not_built()) missing.push_back({c.name, c.needs, c.source});
+  for (const sim::CaseNotBuilt& c : cases_left_out()) missing.push_back({c.name, c.needs, c.source});
   page.table({"case", "needs", "source"}, missing);
   page.write(folder / "report.html");
 }

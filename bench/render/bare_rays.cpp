@@ -26,7 +26,8 @@ RTCScene build(RTCDevice device, const surface::Mesh& mesh) {
   RTCScene scene = rtcNewScene(device);
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.position.size()));
+  auto* vertices =
+      static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.position.size()));
   for (std::size_t i = 0; i < mesh.position.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) vertices[3 * i + c] = mesh.position[i][static_cast<int>(c)];
   auto* quads = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, sizeof(mesh.quads[0]), mesh.quads.size());
@@ -62,7 +63,8 @@ std::vector<Start> diffuse_paths(RTCScene scene, const Vec3f& middle) {
       if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) break;
       Vec3f normal = Vec3f(hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z).normalized();
       if (normal.dot(next.direction) > 0) normal = -normal;
-      next = {next.origin + hit.ray.tfar * next.direction + 1e-4f * normal, render::trace::Frame(normal).world(render::trace::cosine_direction(point()))};
+      next = {next.origin + hit.ray.tfar * next.direction + 1e-4f * normal,
+              render::trace::Frame(normal).world(render::trace::cosine_direction(point()))};
     }
   }
   return starts;

@@ -28,7 +28,8 @@ surface::Mesh bumpy_ball(std::uint32_t sides, std::uint32_t rings) {
       mesh.velocity.push_back(Vec3f::Zero());
     }
   for (std::uint32_t i = 0; i < rings; ++i)
-    for (std::uint32_t j = 0; j < sides; ++j) mesh.quads.push_back({i * sides + j, (i + 1) * sides + j, (i + 1) * sides + (j + 1) % sides, i * sides + (j + 1) % sides});
+    for (std::uint32_t j = 0; j < sides; ++j)
+      mesh.quads.push_back({i * sides + j, (i + 1) * sides + j, (i + 1) * sides + (j + 1) % sides, i * sides + (j + 1) % sides});
   return mesh;
 }
 
@@ -55,7 +56,8 @@ void add_sheet(surface::Mesh& mesh, std::uint32_t nx, std::uint32_t ny, const Pl
 surface::Mesh rough_water() {
   surface::Mesh mesh;
   const auto height = [](double x, double y) {
-    return 0.4 + 0.05 * std::sin(5 * x + 2 * y) + 0.03 * std::sin(9 * y - 4 * x + 1) + 0.012 * std::sin(23 * x + 17 * y) + 0.004 * std::sin(61 * x - 47 * y);
+    return 0.4 + 0.05 * std::sin(5 * x + 2 * y) + 0.03 * std::sin(9 * y - 4 * x + 1) + 0.012 * std::sin(23 * x + 17 * y) +
+           0.004 * std::sin(61 * x - 47 * y);
   };
   add_sheet(mesh, 560, 280, [&](double s, double t) { return Vec3(2 * s, t, height(2 * s, t)); });
   add_sheet(mesh, 560, 1, [&](double s, double t) { return Vec3(2 * s, 0, t * height(2 * s, 0)); });
@@ -84,7 +86,9 @@ render::Grains heap(std::size_t count) {
     for (double y = -1; y < 1; y += spacing)
       for (double x = -1; x < 1 && grains.position.size() < count; x += spacing) {
         if (std::hypot(x, y) > 1 - z / 0.6) continue;
-        const auto u = [&](int k) { return static_cast<double>(render::sampling::mix(3 * grains.position.size() + static_cast<std::uint64_t>(k) + 1) >> 40) * 0x1p-24 - 0.5; };
+        const auto u = [&](int k) {
+          return static_cast<double>(render::sampling::mix(3 * grains.position.size() + static_cast<std::uint64_t>(k) + 1) >> 40) * 0x1p-24 - 0.5;
+        };
         grains.id.push_back(static_cast<std::int64_t>(grains.position.size()));
         grains.velocity.push_back(Vec3f::Zero());
         grains.position.push_back((Vec3(x, y, z) + 0.7 * spacing * Vec3(u(0), u(1), u(2))).cast<float>());

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "base/text.h"
 #include "render/raster/colors.h"
 
 namespace render::attribute {
@@ -17,14 +18,6 @@ using base::Vec3f;
 constexpr std::size_t kChunk = 1 << 15;
 
 bool is_vorticity(const Setting& setting) { return setting.preview.color == "vorticity"; }
-
-/// Rounded up to 1, 2 or 5 times a power of ten.
-double round_up(double value) {
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double step : {1.0, 2.0, 5.0})
-    if (value <= step * decade * (1 + 1e-9)) return step * decade;
-  return 10 * decade;
-}
 
 /// Around each node the linear field that fits the particles' velocities best, weighed by a tent of one cell to each side: exact for a
 /// linear field however the particles lie, at a rim too.
@@ -140,7 +133,8 @@ struct Carried {
   std::vector<float> sim::Frame::* values;
   const char* unit;
 };
-constexpr Carried kCarried[] = {{"pressure", &sim::Frame::pressure, "Pa"}, {"strain", &sim::Frame::strain, "1"}, {"mode_energy", &sim::Frame::mode_energy, "J/kg"}};
+constexpr Carried kCarried[] = {
+    {"pressure", &sim::Frame::pressure, "Pa"}, {"strain", &sim::Frame::strain, "1"}, {"mode_energy", &sim::Frame::mode_energy, "J/kg"}};
 
 const Carried* carried(std::string_view color) {
   for (const Carried& c : kCarried)
@@ -164,10 +158,13 @@ Scale scale_of(const Setting& setting, double top_speed) {
   const double speed = top_speed > 0 ? top_speed : 1;
   const std::string& color = setting.preview.color;
   if (is_material(color)) return {.unit = "", .names = setting.materials};
-  if (const Carried* c = carried(color)) return {.is_signed = color == "pressure" && setting.shows_tension, .top = setting.preview.range.value_or(1), .unit = c->unit};
+  if (const Carried* c = carried(color))
+    return {.is_signed = color == "pressure" && setting.shows_tension, .top = setting.preview.range.value_or(1), .unit = c->unit};
   const bool curl = is_vorticity(setting);
-  const double top = curl ? round_up(speed / (0.05 * setting.domain.size().maxCoeff())) : speed;
-  return {.is_signed = component(setting) >= 0 || (curl && setting.dimension == 2), .top = setting.preview.range.value_or(top), .unit = curl ? "1/s" : "m/s"};
+  const double top = curl ? base::round_up(speed / (0.05 * setting.domain.size().maxCoeff())) : speed;
+  return {.is_signed = component(setting) >= 0 || (curl && setting.dimension == 2),
+          .top = setting.preview.range.value_or(top),
+          .unit = curl ? "1/s" : "m/s"};
 }
 
 std::vector<float> values(const Setting& setting, const sim::Frame& frame) {
@@ -175,7 +172,8 @@ std::vector<float> values(const Setting& setting, const sim::Frame& frame) {
     const CurlGrid curl(setting, frame);
     return each(frame.position.size(), [&](std::size_t i) { return curl.at(frame.position[i]); });
   }
-  if (is_material(setting.preview.color)) return each(frame.position.size(), [&](std::size_t i) { return frame.body.empty() ? 0.0f : static_cast<float>(frame.body[i]); });
+  if (is_material(setting.preview.color))
+    return each(frame.position.size(), [&](std::size_t i) { return frame.body.empty() ? 0.0f : static_cast<float>(frame.body[i]); });
   if (const Carried* c = carried(setting.preview.color)) {
     const std::vector<float>& values = frame.*c->values;
     if (values.size() != frame.position.size()) base::throw_input("points", "carry no " + std::string(c->color));

@@ -8,7 +8,8 @@
 
 namespace render::attribute {
 
-inline constexpr std::string_view kNames[] = {"speed", "velocity_x", "velocity_y", "velocity_z", "vorticity", "pressure", "strain", "mode_energy", "material"},
+inline constexpr std::string_view kNames[] = {"speed", "velocity_x", "velocity_y", "velocity_z", "vorticity", "pressure", "strain", "mode_energy",
+                                              "material"},
                                   kFlatNames[] = {"speed", "velocity_x", "velocity_y", "vorticity", "pressure", "strain", "mode_energy", "material"};
 
 /// Whether it comes from what particles carry (pressure, strain, mode_energy as sim.write asks, material), and no surface has it.
@@ -28,8 +29,9 @@ struct Scale {
 /// 5 times a power of ten. [preview] range stands in place of either.
 Scale scale_of(const Setting&, double top_speed);
 
-/// Of each particle, in `unit` of its scale. Throws base::Error (exit 2) when the particles do not carry what is asked. Vorticity is the curl (in two dimensions about z, else its length) of the linear fields that
-/// fit the particles' velocities best around the nodes of a grid of twice their spacing; 0 outside the domain.
+/// Of each particle, in `unit` of its scale. Throws base::Error (exit 2) when the particles do not carry what is asked. Vorticity is the curl
+/// (in two dimensions about z, else its length) of the linear fields that fit the particles' velocities best around the nodes of a grid of
+/// twice their spacing; 0 outside the domain.
 std::vector<float> values(const Setting&, const sim::Frame&);
 /// At the vertices of the surface made from these particles.
 std::vector<float> values(const Setting&, const sim::Frame&, const surface::Mesh&);

@@ -41,7 +41,8 @@ void check_ply_header(const std::filesystem::path& path, std::uintmax_t size) {
     if (word != "element") continue;
     std::uint64_t count = 0;
     if (!(words >> name >> count) || count > size)
-      base::throw_input(path.string(), "line " + std::to_string(number) + ": \"" + line.substr(0, 80) + "\": more than a file of " + std::to_string(size) + " bytes holds");
+      base::throw_input(path.string(), "line " + std::to_string(number) + ": \"" + line.substr(0, 80) + "\": more than a file of " +
+                                           std::to_string(size) + " bytes holds");
   }
   base::throw_input(path.string(), "has no PLY header");
 }
@@ -70,7 +71,8 @@ void check_text(const std::filesystem::path& path, const std::string& kind) {
     std::istringstream all(lower);
     for (std::string word; all >> word;) {
       const std::size_t at = word.find_first_not_of("+-");
-      if (at != std::string::npos && (word.compare(at, 3, "nan") == 0 || word.compare(at, 3, "inf") == 0) && (word.size() <= at + 3 || word == "infinity" || word[at + 3] == '('))
+      if (at != std::string::npos && (word.compare(at, 3, "nan") == 0 || word.compare(at, 3, "inf") == 0) &&
+          (word.size() <= at + 3 || word == "infinity" || word[at + 3] == '('))
         base::throw_input(path.string(), "line " + std::to_string(number) + ": " + word + " is not finite");
     }
   }
@@ -79,7 +81,8 @@ void check_text(const std::filesystem::path& path, const std::string& kind) {
 const aiScene& import(Assimp::Importer& importer, const std::filesystem::path& path) {
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_LINE | aiPrimitiveType_POINT);
   try {
-    const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices);
+    const aiScene* scene = importer.ReadFile(
+        path.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices);
     if (scene) return *scene;
   } catch (const std::bad_alloc&) {
     base::throw_input(path.string(), "does not fit into memory");
@@ -95,7 +98,8 @@ Triangles read_mesh(const std::filesystem::path& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (error) base::throw_input(path.string(), error.message());
-  if (size > kLargestFile) base::throw_input(path.string(), "too large: " + std::to_string(size) + " bytes; at most " + std::to_string(kLargestFile) + " are read");
+  if (size > kLargestFile)
+    base::throw_input(path.string(), "too large: " + std::to_string(size) + " bytes; at most " + std::to_string(kLargestFile) + " are read");
   if (kind == ".ply") check_ply_header(path, size);
   check_text(path, kind);
 
@@ -118,7 +122,8 @@ Triangles read_mesh(const std::filesystem::path& path) {
       if (face.mNumIndices != 3) continue;   // lines and points
       std::array<std::uint32_t, 3> corners{};
       for (unsigned k = 0; k < 3; ++k) {
-        if (face.mIndices[k] >= mesh.mNumVertices) base::throw_input(path.string(), "triangle " + std::to_string(i + 1) + " has a corner that is not there");
+        if (face.mIndices[k] >= mesh.mNumVertices)
+          base::throw_input(path.string(), "triangle " + std::to_string(i + 1) + " has a corner that is not there");
         corners[k] = static_cast<std::uint32_t>(first + face.mIndices[k]);
       }
       result.triangles.push_back(corners);

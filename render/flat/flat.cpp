@@ -48,7 +48,8 @@ class Samples {
     const double spacing = frame.pscale * std::sqrt(std::numbers::pi) * plane_.scale * factor_;  // [samples]
     const double radius = std::max(1.0, frame.pscale * plane_.scale * factor_);
     const auto gap = static_cast<std::int64_t>(std::ceil(kClosing * spacing));
-    raster::FlatDrawing drawing{.width = static_cast<int>(width_), .height = static_cast<int>(height_), .radius = static_cast<float>(radius + static_cast<double>(gap)), .discs = {}};
+    raster::FlatDrawing drawing{.width = static_cast<int>(width_), .height = static_cast<int>(height_),
+                                .radius = static_cast<float>(radius + static_cast<double>(gap)), .discs = {}};
     drawing.discs.reserve(frame.position.size());
     for (std::size_t i = 0; i < frame.position.size(); ++i) {
       const Vec2 at = factor_ * plane_.pixel(frame.position[i].head<2>().cast<double>());
@@ -111,7 +112,8 @@ void draw_frame(const raster::Canvas& canvas, const view::Plane& plane) {
 /// Ticks every so many metres, about 90 pixels apart; the last label of an axis says the unit.
 void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis) {
   const std::int64_t s = canvas.scale;
-  const double length = plane.upper[axis] - plane.lower[axis], step = raster::tick_step(length, std::max(1.0, plane.scale * length / (90.0 * canvas.scale)));
+  const double length = plane.upper[axis] - plane.lower[axis],
+               step = raster::tick_step(length, std::max(1.0, plane.scale * length / (90.0 * canvas.scale)));
   const auto last = static_cast<std::int64_t>(std::floor(plane.upper[axis] / step + 1e-6));
   for (auto i = static_cast<std::int64_t>(std::ceil(plane.lower[axis] / step - 1e-6)); i <= last; ++i) {
     Vec2 place = plane.lower;

@@ -55,7 +55,8 @@ std::vector<std::size_t> channels_to_draw(const Image& image, const ImageDiffere
 }  // namespace
 
 ImageDifference compare(const Image& a, const Image& b, double limit) {
-  if (a.width != b.width || a.height != b.height || a.channels != b.channels) throw std::logic_error("images of different sizes or channels are compared");
+  if (a.width != b.width || a.height != b.height || a.channels != b.channels)
+    throw std::logic_error("images of different sizes or channels are compared");
   const std::size_t channels = a.channels.size();
   ImageDifference result;
   result.by_channel.assign(channels, {.limit = limit});

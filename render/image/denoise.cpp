@@ -32,7 +32,9 @@ std::array<Estimates::Plane, kGuides> guide_scales(const Estimates& e) {
     scales[g].resize(f.size());
     for (std::int64_t y = 0; y < e.height; ++y)
       for (std::int64_t x = 0; x < e.width; ++x) {
-        const auto at = [&](std::int64_t i, std::int64_t j) { return f[static_cast<std::size_t>(std::clamp<std::int64_t>(j, 0, e.height - 1) * e.width + std::clamp<std::int64_t>(i, 0, e.width - 1))]; };
+        const auto at = [&](std::int64_t i, std::int64_t j) {
+          return f[static_cast<std::size_t>(std::clamp<std::int64_t>(j, 0, e.height - 1) * e.width + std::clamp<std::int64_t>(i, 0, e.width - 1))];
+        };
         const auto i = static_cast<std::size_t>(y * e.width + x);
         const auto slope2 = [&](float before, float here, float after) {  // the lesser one-sided step: an edge is no slope
           const float a = here - before, b = after - here;
@@ -49,15 +51,16 @@ std::array<Estimates::Plane, kGuides> guide_scales(const Estimates& e) {
 class Band {
  public:
   Band(const Estimates& e, const std::array<Estimates::Plane, kGuides>& scales, std::int64_t top, std::int64_t bottom)
-      : e_(e), scales_(scales), top_(top), bottom_(bottom), width_(e.width), distance_(size(bottom - top + 2 * kPatch)), columns_(distance_.size()), row_(size(1)), patch_(size(1)),
-        sum_(3 * size(bottom - top)), total_(size(bottom - top)) {}
+      : e_(e), scales_(scales), top_(top), bottom_(bottom), width_(e.width), distance_(size(bottom - top + 2 * kPatch)), columns_(distance_.size()),
+        row_(size(1)), patch_(size(1)), sum_(3 * size(bottom - top)), total_(size(bottom - top)) {}
 
   void run(std::vector<float>& result) {
     for (std::int64_t dy = -kReach; dy <= kReach; ++dy)
       for (std::int64_t dx = -kReach; dx <= kReach; ++dx) add(dx, dy);
     for (std::int64_t y = top_; y < bottom_; ++y)
       for (std::int64_t x = 0; x < width_; ++x)
-        for (std::size_t c = 0; c < kColors; ++c) result[static_cast<std::size_t>(y * width_ + x) * kColors + c] = sum_[c * size(bottom_ - top_) + at(x, y - top_)] / total_[at(x, y - top_)];
+        for (std::size_t c = 0; c < kColors; ++c)
+          result[static_cast<std::size_t>(y * width_ + x) * kColors + c] = sum_[c * size(bottom_ - top_) + at(x, y - top_)] / total_[at(x, y - top_)];
   }
 
  private:

@@ -28,8 +28,9 @@ void check_finite(const Image& image, const std::filesystem::path& path) {
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     if (std::isfinite(image.pixels[i])) continue;
     const auto pixel = static_cast<std::int64_t>(i / channels);
-    throw base::Error({.code = base::Exit::fault, .message = path.string() + ": pixel (" + std::to_string(pixel % image.width) + ", " +
-                                                             std::to_string(pixel / image.width) + "), channel " + image.channels[i % channels] + " is not finite"});
+    throw base::Error({.code = base::Exit::fault,
+                       .message = path.string() + ": pixel (" + std::to_string(pixel % image.width) + ", " + std::to_string(pixel / image.width) +
+                                  "), channel " + image.channels[i % channels] + " is not finite"});
   }
 }
 
@@ -88,7 +89,8 @@ void check_png(const std::filesystem::path& path) {
   for (std::size_t at = kMark.size(); at + 12 <= file.size();) {   // length, name, data, checksum
     const std::size_t length = number(at);
     if (length > file.size() - at - 12) break;
-    if (crc32(file.substr(at + 4, length + 4)) != number(at + 8 + length)) base::throw_input(path.string(), "the file is damaged (a checksum does not match)");
+    if (crc32(file.substr(at + 4, length + 4)) != number(at + 8 + length))
+      base::throw_input(path.string(), "the file is damaged (a checksum does not match)");
     if (file.substr(at + 4, 4) == "IEND") return;
     at += 12 + length;
   }
@@ -108,10 +110,12 @@ std::size_t checked_values(const std::filesystem::path& path, const OIIO::ImageS
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) base::throw_input(path.string(), "not a flat image");
   const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   if (pixels > kMost / static_cast<std::uint64_t>(spec.nchannels))
-    base::throw_input(path.string(), "too large: " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " with " + std::to_string(spec.nchannels) + " channels");
+    base::throw_input(path.string(), "too large: " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " with " +
+                                         std::to_string(spec.nchannels) + " channels");
   const std::uint64_t values = pixels * static_cast<std::uint64_t>(spec.nchannels);
   std::error_code none;
-  if (values / 4096 > std::filesystem::file_size(path, none)) base::throw_input(path.string(), "the file is too short for its " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels");
+  if (values / 4096 > std::filesystem::file_size(path, none))
+    base::throw_input(path.string(), "the file is too short for its " + std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels");
   return values;   // no compression makes less than a byte of 4096 values
 }
 
@@ -158,7 +162,8 @@ void write_png(const std::filesystem::path& path, const Image& image, const Opti
     if (!display_referred && options.view == "filmic") v = image::filmic(v);
     for (std::size_t c = 0; c < 3; ++c) {
       const float shown = v[static_cast<int>(c)];
-      const auto x = static_cast<std::uint32_t>(i % static_cast<std::size_t>(image.width)), y = static_cast<std::uint32_t>(i / static_cast<std::size_t>(image.width));
+      const auto x = static_cast<std::uint32_t>(i % static_cast<std::size_t>(image.width)),
+                 y = static_cast<std::uint32_t>(i / static_cast<std::size_t>(image.width));
       const float code = display_referred ? 255 * shown + 0.5f : 255 * image::srgb_code(shown) + dither(x, y, static_cast<std::uint32_t>(c));
       bytes[i * 3 + c] = static_cast<std::uint8_t>(std::clamp(code, 0.0f, 255.0f));
     }
@@ -180,7 +185,8 @@ Image read_image(const std::filesystem::path& path) {
 std::string jpeg(const Image& image, int quality) {
   const std::size_t channels = image.channels.size();
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(image.width * image.height) * 3);
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(std::clamp(255 * image.pixels[i / 3 * channels + i % 3] + 0.5f, 0.0f, 255.0f));
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes[i] = static_cast<std::uint8_t>(std::clamp(255 * image.pixels[i / 3 * channels + i % 3] + 0.5f, 0.0f, 255.0f));
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeUInt8);
   spec.attribute("Compression", "jpeg:" + std::to_string(quality));
   return encoded("picture.jpg", spec, OIIO::TypeUInt8, bytes.data());

@@ -39,7 +39,8 @@ std::int64_t Canvas::width_of(std::string_view text) const { return static_cast<
 void Canvas::line(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1, const base::Vec3f& color) const {
   const std::int64_t steps = std::max({std::abs(x1 - x0), std::abs(y1 - y0), std::int64_t{1}});
   for (std::int64_t i = 0; i <= steps; ++i)
-    set(x0 + std::lround(static_cast<double>(i * (x1 - x0)) / static_cast<double>(steps)), y0 + std::lround(static_cast<double>(i * (y1 - y0)) / static_cast<double>(steps)), color);
+    set(x0 + std::lround(static_cast<double>(i * (x1 - x0)) / static_cast<double>(steps)),
+        y0 + std::lround(static_cast<double>(i * (y1 - y0)) / static_cast<double>(steps)), color);
 }
 
 double tick_step(double range, double parts) {
@@ -77,7 +78,8 @@ void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
   const std::int64_t left = image.width - 64 * s, top = (image.height - height) / 2;
   const double low = scale.is_signed ? -scale.top : 0, range = scale.top - low;
   for (std::int64_t y = 0; y < height; ++y)
-    canvas.fill(left, top + y, width, 1, scale.color(static_cast<float>(scale.top - range * (static_cast<double>(y) + 0.5) / static_cast<double>(height))));
+    canvas.fill(left, top + y, width, 1,
+                scale.color(static_cast<float>(scale.top - range * (static_cast<double>(y) + 0.5) / static_cast<double>(height))));
   const double step = tick_step(range, 5);
   for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i * step <= scale.top * (1 + 1e-9); ++i) {
     const auto y = top + std::lround(static_cast<double>(height) * (scale.top - i * step) / range);
@@ -88,7 +90,8 @@ void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
 }
 
 Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor) {
-  Image image{.width = width, .height = height, .channels = {"R", "G", "B", "A"}, .pixels = std::vector<float>(static_cast<std::size_t>(width * height) * 4)};
+  Image image{
+      .width = width, .height = height, .channels = {"R", "G", "B", "A"}, .pixels = std::vector<float>(static_cast<std::size_t>(width * height) * 4)};
   for (std::int64_t y = 0; y < height * factor; ++y)
     for (std::int64_t x = 0; x < width * factor; ++x)
       for (std::int64_t c = 0; c < 4; ++c)

@@ -35,7 +35,8 @@ base::Vec3f blue_to_red(float s) {
 }
 
 base::Vec3f distinct(std::size_t kind) {
-  static constexpr float kColors[][3] = {{0.34f, 0.71f, 0.91f}, {0.90f, 0.62f, 0}, {0, 0.62f, 0.45f}, {0.80f, 0.47f, 0.65f}, {0.94f, 0.89f, 0.26f}, {0.84f, 0.37f, 0}, {0, 0.45f, 0.70f}};
+  static constexpr float kColors[][3] = {{0.34f, 0.71f, 0.91f}, {0.90f, 0.62f, 0}, {0, 0.62f, 0.45f}, {0.80f, 0.47f, 0.65f},
+                                         {0.94f, 0.89f, 0.26f}, {0.84f, 0.37f, 0}, {0, 0.45f, 0.70f}};
   const auto& color = kColors[kind % std::size(kColors)];
   return {color[0], color[1], color[2]};
 }

@@ -22,7 +22,8 @@ Albedo tabulate(float alpha, const Facet& facet) {
     double sum = 0;
     for (int a = 0; a < kSide; ++a)
       for (int b = 0; b < kSide; ++b)
-        sum += static_cast<double>(facet(ggx, out, ggx.visible_normal(out, {(static_cast<float>(a) + 0.5f) / kSide, (static_cast<float>(b) + 0.5f) / kSide})));
+        sum += static_cast<double>(
+            facet(ggx, out, ggx.visible_normal(out, {(static_cast<float>(a) + 0.5f) / kSide, (static_cast<float>(b) + 0.5f) / kSide})));
     table.share[static_cast<std::size_t>(i)] = static_cast<float>(sum / (kSide * kSide));
   }
   return table;

@@ -19,7 +19,8 @@ Vec3f conductor(const Vec3f& straight, const Vec3f& edge, float cosine) {
 /// Mean of conductor() over uniformly incident light: 2 c dc, in closed form.
 Vec3f mean_conductor(const Vec3f& straight, const Vec3f& edge) {
   constexpr float kAt = 1.0f / 7;
-  const Vec3f dip = (straight + std::pow(1 - kAt, 5.0f) * (Vec3f::Ones() - straight)).cwiseProduct(Vec3f::Ones() - edge) / (kAt * std::pow(1 - kAt, 6.0f));
+  const Vec3f dip =
+      (straight + std::pow(1 - kAt, 5.0f) * (Vec3f::Ones() - straight)).cwiseProduct(Vec3f::Ones() - edge) / (kAt * std::pow(1 - kAt, 6.0f));
   return (straight + (Vec3f::Ones() - straight) / 21 - dip / 126).cwiseMax(0.0f).cwiseMin(1.0f);
 }
 
@@ -31,7 +32,8 @@ float coat_share(const Material& material, float cosine) {
   return material.alpha > 0 ? material.albedo.at(cosine) : fresnel(std::clamp(cosine, 0.0f, 1.0f), material.ior, cos_t);
 }
 
-Reflector::Reflector(const Material& material, const Vec3f& color, const Vec3f& out) : material_(material), color_(color), out_(out), facet_share_(0) {
+Reflector::Reflector(const Material& material, const Vec3f& color, const Vec3f& out)
+    : material_(material), color_(color), out_(out), facet_share_(0) {
   if (material.model == Model::conductor) facet_share_ = material.alpha > 0 ? material.albedo.at(out.z()) : 1;
   if (material.model == Model::coated) {
     const float coat = coat_share(material, out.z()), below = (1 - coat) * std::max(color.maxCoeff(), 1e-3f);
@@ -108,8 +110,8 @@ RoughBoundary make_rough_boundary(float alpha, float eta) {
 // Of what meets several facets, from here a share `reflected_` comes back. What is transmitted must obey reciprocity, so both
 // directions exchange the same amount: half of what the side that loses less (by n^2) has to give.
 RoughDielectric::RoughDielectric(const RoughBoundary& boundary, bool back, const Vec3f& out)
-    : here_(back ? boundary.second : boundary.first), there_(back ? boundary.first : boundary.second), alpha_(boundary.alpha), eta_(back ? 1 / boundary.eta : boundary.eta), out_(out),
-      lost_(std::max(0.0f, 1 - here_.at(out.z()))) {
+    : here_(back ? boundary.second : boundary.first), there_(back ? boundary.first : boundary.second), alpha_(boundary.alpha),
+      eta_(back ? 1 / boundary.eta : boundary.eta), out_(out), lost_(std::max(0.0f, 1 - here_.at(out.z()))) {
   const float mine = std::max(1e-7f, 1 - here_.mean), other = std::max(1e-7f, 1 - there_.mean) * eta_ * eta_;
   reflected_ = 1 - 0.5f * std::min(1.0f, other / mine);
 }
@@ -120,16 +122,19 @@ float RoughDielectric::share(const Vec3f& in) const {
   float cos_t;
   if (in.z() > 0) {
     const Vec3f half = (in + out_).normalized();
-    const float single = fresnel(std::min(1.0f, half.dot(out_)), eta_, cos_t) * ggx.facets(half) * ggx.shadowing(out_, in) / (4 * std::max(out_.z(), 1e-6f));
+    const float single =
+        fresnel(std::min(1.0f, half.dot(out_)), eta_, cos_t) * ggx.facets(half) * ggx.shadowing(out_, in) / (4 * std::max(out_.z(), 1e-6f));
     return single + reflected_ * lost_ * std::max(0.0f, 1 - here_.at(in.z())) / std::max(1e-7f, 1 - here_.mean) * in.z() / kPi;
   }
-  const float several = (1 - reflected_) * lost_ * std::max(0.0f, 1 - there_.at(-in.z())) / std::max(1e-7f, 1 - there_.mean) * -in.z() / kPi / (eta_ * eta_);
+  const float several =
+      (1 - reflected_) * lost_ * std::max(0.0f, 1 - there_.at(-in.z())) / std::max(1e-7f, 1 - there_.mean) * -in.z() / kPi / (eta_ * eta_);
   Vec3f half = (eta_ * in + out_).normalized();
   if (half.z() < 0) half = -half;
   const float a = out_.dot(half), b = in.dot(half);
   if (a <= 0 || b >= 0) return several;
   const float spread = b + a / eta_;
-  return several + (1 - fresnel(std::min(1.0f, a), eta_, cos_t)) * ggx.facets(half) * ggx.shadowing(out_, in) * std::abs(a * b) / (spread * spread * std::max(out_.z(), 1e-6f)) / (eta_ * eta_);
+  return several + (1 - fresnel(std::min(1.0f, a), eta_, cos_t)) * ggx.facets(half) * ggx.shadowing(out_, in) * std::abs(a * b) /
+                       (spread * spread * std::max(out_.z(), 1e-6f)) / (eta_ * eta_);
 }
 
 float RoughDielectric::density(const Vec3f& in) const {

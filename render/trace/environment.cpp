@@ -37,8 +37,8 @@ std::pair<int, float> find_step(const float* cumulated, int n, float u) {
 }  // namespace
 
 Environment::Environment(int width, int height, std::vector<Vec3f> pixels, double rotation_degrees)
-    : width_(width), height_(height), rotation_(static_cast<float>(rotation_degrees / 360)), pixels_(std::move(pixels)), rows_(static_cast<std::size_t>(height) + 1),
-      columns_(static_cast<std::size_t>(height) * (static_cast<std::size_t>(width) + 1)) {
+    : width_(width), height_(height), rotation_(static_cast<float>(rotation_degrees / 360)), pixels_(std::move(pixels)),
+      rows_(static_cast<std::size_t>(height) + 1), columns_(static_cast<std::size_t>(height) * (static_cast<std::size_t>(width) + 1)) {
   std::vector<double> row(static_cast<std::size_t>(width)), sums(static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -108,14 +108,16 @@ Environment read_environment(const std::filesystem::path& path, const Vec3f& tin
   const std::array<const char*, 3> names{"R", "G", "B"};
   for (std::size_t c = 0; c < 3; ++c) {
     rgb[c] = static_cast<std::size_t>(std::find(image.channels.begin(), image.channels.end(), names[c]) - image.channels.begin());
-    if (rgb[c] == image.channels.size()) base::throw_input(path.string(), std::string("has no channel ") + names[c] + ": an environment is a picture with R, G and B");
+    if (rgb[c] == image.channels.size())
+      base::throw_input(path.string(), std::string("has no channel ") + names[c] + ": an environment is a picture with R, G and B");
   }
   std::vector<Vec3f> pixels(static_cast<std::size_t>(image.width * image.height));
   for (std::size_t i = 0; i < pixels.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) {
       const float value = image.pixels[i * image.channels.size() + rgb[c]];
       if (!(value >= 0 && std::isfinite(value)))
-        base::throw_input(path.string(), "pixel (" + std::to_string(static_cast<std::int64_t>(i) % image.width) + ", " + std::to_string(static_cast<std::int64_t>(i) / image.width) + ") is negative or not finite");
+        base::throw_input(path.string(), "pixel (" + std::to_string(static_cast<std::int64_t>(i) % image.width) + ", " +
+                                             std::to_string(static_cast<std::int64_t>(i) / image.width) + ") is negative or not finite");
       pixels[i][static_cast<int>(c)] = value * tint[static_cast<int>(c)];
     }
   return {static_cast<int>(image.width), static_cast<int>(image.height), std::move(pixels), rotation_degrees};

@@ -26,7 +26,8 @@ struct Device {
   }
   ~Device() { rtcReleaseDevice(handle); }
   void check(const char* doing) const {
-    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE) fail(std::string("Embree, ") + doing + ": error " + std::to_string(error));
+    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE)
+      fail(std::string("Embree, ") + doing + ": error " + std::to_string(error));
   }
   RTCDevice handle;
 };
@@ -79,7 +80,8 @@ RTCGeometry mesh_geometry(RTCDevice device, const surface::Mesh& mesh, const Exp
       vertices[i] = {p.x(), p.y(), p.z()};
     }
   }
-  std::copy(mesh.quads.begin(), mesh.quads.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, mesh.quads.size()));
+  std::copy(mesh.quads.begin(), mesh.quads.end(),
+            buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, mesh.quads.size()));
   return geometry;
 }
 
@@ -96,7 +98,8 @@ constexpr std::size_t kGrainsATask = 1 << 15;
 constexpr int kBuilders = 8;  // slots for threads that build a hierarchy over grains
 
 /// Balls at the places of `chosen` grains.
-RTCGeometry grains_geometry(RTCDevice device, const Grains& grains, const std::vector<std::uint32_t>& chosen, float radius, const Exposure& exposure) {
+RTCGeometry grains_geometry(RTCDevice device, const Grains& grains, const std::vector<std::uint32_t>& chosen, float radius,
+                            const Exposure& exposure) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
   const bool moves = moves_in(exposure, grains.velocity);
   rtcSetGeometryTimeStepCount(geometry, moves ? 2 : 1);
@@ -174,7 +177,8 @@ struct Geometry::Impl {
     std::vector<std::uint8_t> shade;   // hash of the id
   };
 
-  explicit Impl(const std::vector<Surface>& list, int count) : device(count), threads(count), surfaces(list), skins(list.size()), clouds(list.size()), scene(rtcNewScene(device.handle)) {
+  explicit Impl(const std::vector<Surface>& list, int count)
+      : device(count), threads(count), surfaces(list), skins(list.size()), clouds(list.size()), scene(rtcNewScene(device.handle)) {
     first_body = static_cast<std::size_t>(std::find_if(list.begin(), list.end(), [](const Surface& s) { return s.is_body; }) - list.begin());
   }
   ~Impl() { rtcReleaseScene(scene); }
@@ -232,7 +236,8 @@ void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
   const auto* ray = reinterpret_cast<const RTCRay*>(call->ray);
   const auto* hit = reinterpret_cast<const RTCHit*>(call->hit);
   const Vec3f direction(ray->dir_x, ray->dir_y, ray->dir_z), geometric(hit->Ng_x, hit->Ng_y, hit->Ng_z);
-  way->crossings->list[static_cast<std::size_t>(way->crossings->count++)] = {ray->tfar, direction.dot(geometric) / geometric.norm(), static_cast<int>(hit->geomID)};
+  way->crossings->list[static_cast<std::size_t>(way->crossings->count++)] = {ray->tfar, direction.dot(geometric) / geometric.norm(),
+                                                                             static_cast<int>(hit->geomID)};
   call->valid[0] = 0;
 }
 
@@ -281,7 +286,8 @@ void Geometry::Impl::set_grains(const Grains& given, const Exposure& exposure) {
     if (cloud.index.empty()) continue;
     cloud.shade.resize(cloud.index.size());
     base::parallel_chunks(cloud.index.size(), kGrainsATask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) cloud.shade[i] = static_cast<std::uint8_t>(sampling::mix(static_cast<std::uint64_t>(given.id[cloud.index[i]])));
+      for (std::size_t i = begin; i < end; ++i)
+        cloud.shade[i] = static_cast<std::uint8_t>(sampling::mix(static_cast<std::uint64_t>(given.id[cloud.index[i]])));
     });
     const float radius = static_cast<float>(given.radius) * surfaces[number].grains->size;
     attach(grains_geometry(device.handle, given, cloud.index, radius, exposure), static_cast<unsigned>(number));

@@ -25,8 +25,8 @@ struct GrainStyle {
   float variation = 0;  // [1] of brightness, to each side
 };
 
-/// Surfaces are numbered: the liquid, or solids with one surface around them, is 0, collider i is i + 1, then come the pieces of the set and the bodies,
-/// each as grains or as a mesh of its own; the last of the bodies stands for all beyond it.
+/// Surfaces are numbered: the liquid, or solids with one surface around them, is 0, collider i is i + 1, then come the pieces of the set and the
+/// bodies, each as grains or as a mesh of its own; the last of the bodies stands for all beyond it.
 struct Surface {
   Material material;
   bool is_body = false;

@@ -59,7 +59,8 @@ LightSample SphereLight::sample(const Vec3f& from, sampling::Point p) const {
   const float cap = cap_height(sine2);
   const Vec3f direction = Frame(way / std::sqrt(square)).world(cap_direction(cap, p)).normalized();
   const float along = way.dot(direction), beside2 = (way - along * direction).squaredNorm();
-  return {.direction = direction, .distance = along - std::sqrt(std::max(0.0f, radius * radius - beside2)), .density = 1 / (2 * kPi * cap), .radiance = radiance};
+  return {.direction = direction, .distance = along - std::sqrt(std::max(0.0f, radius * radius - beside2)), .density = 1 / (2 * kPi * cap),
+          .radiance = radiance};
 }
 
 std::optional<LightHit> SphereLight::find(const Vec3f& from, const Vec3f& direction) const {
@@ -72,7 +73,8 @@ std::optional<LightHit> SphereLight::find(const Vec3f& from, const Vec3f& direct
 }
 
 LightSample Sun::sample(const Vec3f&, sampling::Point p) const {
-  return {.direction = Frame(towards).world(cap_direction(cap, p)).normalized(), .distance = kFar, .density = 1 / (2 * kPi * cap), .radiance = radiance};
+  return {
+      .direction = Frame(towards).world(cap_direction(cap, p)).normalized(), .distance = kFar, .density = 1 / (2 * kPi * cap), .radiance = radiance};
 }
 
 // 1 - cosine as half the squared distance of unit vectors: the sun is too small for a float's cosine.

@@ -74,9 +74,13 @@ void rank_media(Scene& scene) {
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
     if (scene.surfaces[i].material.dielectric) scene.surface_of.push_back(static_cast<int>(i));
   if (scene.surface_of.size() > Media::kMost)
-    throw base::Error({.key = "look", .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
+    throw base::Error(
+        {.key = "look",
+         .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
   const auto priority = [&](int surface) { return scene.surfaces[static_cast<std::size_t>(surface)].material.priority; };
-  const auto is_simulated = [&](int surface) { return surface == 0 || (scene.surfaces[static_cast<std::size_t>(surface)].is_body && !scene.surfaces[static_cast<std::size_t>(surface)].grains); };
+  const auto is_simulated = [&](int surface) {
+    return surface == 0 || (scene.surfaces[static_cast<std::size_t>(surface)].is_body && !scene.surfaces[static_cast<std::size_t>(surface)].grains);
+  };
   const auto rank = [&](int surface) { return std::pair(priority(surface), !is_simulated(surface)); };
   std::stable_sort(scene.surface_of.begin(), scene.surface_of.end(), [&](int a, int b) { return rank(a) < rank(b); });
   for (std::size_t k = 0; k < scene.surface_of.size(); ++k) scene.rank[static_cast<std::size_t>(scene.surface_of[k])] = static_cast<int>(k);
@@ -100,7 +104,8 @@ std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
   auto mesh = std::make_shared<files::Triangles>(files::read_mesh(piece.file));
   for (std::size_t i = 0; i < mesh->position.size(); ++i) {
     mesh->position[i] = (piece.scale * mesh->position[i].cast<double>() + piece.translate).cast<float>();
-    if (!mesh->position[i].allFinite()) base::throw_input(piece.file.string(), "vertex " + std::to_string(i + 1) + " is not finite when scaled and translated");
+    if (!mesh->position[i].allFinite())
+      base::throw_input(piece.file.string(), "vertex " + std::to_string(i + 1) + " is not finite when scaled and translated");
   }
   return mesh;
 }
@@ -120,8 +125,8 @@ Surface body_of(const Setting& setting, std::size_t body) {
 }
 
 Ground make_ground(const Setting& setting, float reach, const Vec3f& middle) {
-  Ground ground{.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()), .middle = middle.head<2>(),
-                .solid_to = 1.5f * reach, .gone_from = 7 * reach};
+  Ground ground{.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()),
+                .middle = middle.head<2>(), .solid_to = 1.5f * reach, .gone_from = 7 * reach};
   if (setting.options.ground == "none") ground.form = Ground::Form::none;
   if (setting.options.ground == "cyclorama") {
     ground.form = Ground::Form::cyclorama;

@@ -35,7 +35,9 @@ struct Scene {
   float offset = 0;               // [m] from a surface to the start of a ray that leaves it
 
   /// The dielectric that is there, or none: air.
-  const Material* medium(Media m) const { return m.inside == 0 ? nullptr : &surfaces[static_cast<std::size_t>(surface_of[static_cast<std::size_t>(m.top())])].material; }
+  const Material* medium(Media m) const {
+    return m.inside == 0 ? nullptr : &surfaces[static_cast<std::size_t>(surface_of[static_cast<std::size_t>(m.top())])].material;
+  }
   float ior(Media m) const {
     const Material* material = medium(m);
     return material ? material->ior : 1;

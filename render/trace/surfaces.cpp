@@ -13,7 +13,9 @@ Vec3f keep_on_side(const Vec3f& direction, const Vec3f& normal) {
 }
 
 /// The normal for shading, turned to the geometric one where it looks away from the path.
-Vec3f seen_normal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& direction) { return -direction.dot(shading) < 1e-4f ? geometric : shading; }
+Vec3f seen_normal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& direction) {
+  return -direction.dot(shading) < 1e-4f ? geometric : shading;
+}
 
 /// A diffuse surface.
 struct Lambert {
@@ -48,7 +50,8 @@ bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   const Material& material = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material;
   const Vec3f color = material.color.cwiseProduct(hit.tint);
   if (path.surfaces == 0)
-    work.first = {.found = true, .t = path.flown + hit.t, .albedo = color, .normal = hit.shading, .velocity = geometry_.velocity(hit), .id = 2 + hit.surface};
+    work.first = {
+        .found = true, .t = path.flown + hit.t, .albedo = color, .normal = hit.shading, .velocity = geometry_.velocity(hit), .id = 2 + hit.surface};
   const Vec3f point = path.ray.origin + hit.t * path.ray.direction;
   if (material.dielectric) return meets_dielectric(path, point, hit, work);
   const bool outside = path.ray.direction.dot(hit.geometric) < 0;
@@ -99,7 +102,8 @@ bool Integrator::meets_translucent(Path& path, const Spot& spot, const Material&
       if (material.alpha == 0) {
         path.weight *= coat;
         path.density = 0;
-        path.go(spot.point + scene_.offset * spot.geometric, keep_on_side(spot.frame.world(Vec3f(-spot.out.x(), -spot.out.y(), spot.out.z())), spot.geometric));
+        path.go(spot.point + scene_.offset * spot.geometric,
+                keep_on_side(spot.frame.world(Vec3f(-spot.out.x(), -spot.out.y(), spot.out.z())), spot.geometric));
         return true;
       }
       Material shell = material;

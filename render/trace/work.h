@@ -36,7 +36,9 @@ struct Integrator::Spot {
 /// what is far away on a floor without end sees a light under densities whose squares no float holds.
 inline float power_share(float p, float q) { return 1 / (1 + (q / p) * (q / p)); }
 inline float share_of_light(Strategy s, float p, float q) { return s == Strategy::both ? power_share(p, q) : s == Strategy::lights ? 1.0f : 0.0f; }
-inline float share_of_scattering(Strategy s, float p, float q) { return s == Strategy::both ? power_share(p, q) : s == Strategy::scattering ? 1.0f : 0.0f; }
+inline float share_of_scattering(Strategy s, float p, float q) {
+  return s == Strategy::both ? power_share(p, q) : s == Strategy::scattering ? 1.0f : 0.0f;
+}
 
 /// Adds what each light gives directly. `dielectric`: the spot is a boundary that light can cross, and shadow rays stop at the next one.
 template <class Scatter>
@@ -60,7 +62,8 @@ void Integrator::light(const Path& path, const Spot& spot, const Scatter& scatte
     bool crossed = false;
     const Vec3f through = shadow(height > 0 ? path.media : spot.below, shadow_ray, to.distance, straight, crossed);
     if (!(through.maxCoeff() > 0)) return;
-    const float share = crossed ? 1 : share_of_light(scene_.strategy, to.density, scatter.density(in));  // across dielectrics no other technique counts it
+    // Across dielectrics no other technique counts it.
+    const float share = crossed ? 1 : share_of_light(scene_.strategy, to.density, scatter.density(in));
     work.sum += path.weight.cwiseProduct(value).cwiseProduct(through).cwiseProduct(to.radiance) * (share / to.density);
   });
 }

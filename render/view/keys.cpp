@@ -27,7 +27,8 @@ template <>
 double curve(const std::vector<Key<double>>& keys, double at) {
   if (at <= keys.front().at) return keys.front().value;
   if (at >= keys.back().at) return keys.back().value;
-  const auto next = static_cast<std::size_t>(std::upper_bound(keys.begin(), keys.end(), at, [](double x, const Key<double>& k) { return x < k.at; }) - keys.begin());
+  const auto next = static_cast<std::size_t>(std::upper_bound(keys.begin(), keys.end(), at, [](double x, const Key<double>& k) { return x < k.at; }) -
+                                             keys.begin());
   const auto rise = [&](std::size_t i) { return (keys[i + 1].value - keys[i].value) / (keys[i + 1].at - keys[i].at); };
   const auto slope_at = [&](std::size_t i) {
     if (i == 0 || i + 1 == keys.size()) return 0.0;

@@ -12,8 +12,12 @@ struct Plane {
   Eigen::Vector2d corner;        // [pixels] where its lower corner is
   double scale = 1;              // [pixels/m]
 
-  Eigen::Vector2d pixel(const Eigen::Vector2d& p) const { return {corner.x() + scale * (p.x() - lower.x()), corner.y() - scale * (p.y() - lower.y())}; }
-  Eigen::Vector2d place(const Eigen::Vector2d& q) const { return {lower.x() + (q.x() - corner.x()) / scale, lower.y() - (q.y() - corner.y()) / scale}; }
+  Eigen::Vector2d pixel(const Eigen::Vector2d& p) const {
+    return {corner.x() + scale * (p.x() - lower.x()), corner.y() - scale * (p.y() - lower.y())};
+  }
+  Eigen::Vector2d place(const Eigen::Vector2d& q) const {
+    return {lower.x() + (q.x() - corner.x()) / scale, lower.y() - (q.y() - corner.y()) / scale};
+  }
   bool holds(const Eigen::Vector2d& p) const { return (p.array() >= lower.array()).all() && (p.array() < upper.array()).all(); }
 };
 

@@ -73,7 +73,9 @@ View resolve(const Camera& given, const base::Box& domain, std::int64_t width, s
   v.tan_y = std::tan(0.5 * camera.fov * std::numbers::pi / 180);
   v.tan_x = v.tan_y * static_cast<double>(width) / static_cast<double>(height);
   const Vec3 target = camera.target.value_or(0.5 * (domain.lower + domain.upper));
-  const auto turned = [&](const Vec3& arm, double turns) { return Vec3(Eigen::AngleAxisd(2 * std::numbers::pi * turns, camera.up.normalized()) * arm); };
+  const auto turned = [&](const Vec3& arm, double turns) {
+    return Vec3(Eigen::AngleAxisd(2 * std::numbers::pi * turns, camera.up.normalized()) * arm);
+  };
   Vec3 arm = kFrom, sight = -kFrom;
   if (camera.position) {
     arm = *camera.position - target;

@@ -15,19 +15,12 @@
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
 #include "sim/moment.h"
+#include "sim/transfer/dimension.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
 
 namespace sim {
 namespace {
-
-template <int D>
-Lattice<D> make_lattice(const Options& o) {
-  Cell<D> cells;
-  std::array<bool, D> periodic;
-  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
-  return Lattice<D>(cells, periodic);
-}
 
 /// A particle in every cell that is not solid, and no open side: there is no air, and an incompressible liquid never gets any. Ends at the
 /// first cell without.
@@ -56,7 +49,7 @@ template <int D, class Real>
 class Liquid final : public Simulation {
  public:
   Liquid(const Scene& scene, double fps)
-      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+      : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
         step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     if (particles_.size() == 0)
@@ -381,16 +374,12 @@ void Liquid<D, Real>::restore(const State& s) {
   drift_.reset();
 }
 
-template <int D>
-std::unique_ptr<Simulation> make(const Scene& scene, double fps) {
-  if (scene.options.precision == Precision::double_precision) return std::make_unique<Liquid<D, double>>(scene, fps);
-  return std::make_unique<Liquid<D, float>>(scene, fps);
-}
-
 }  // namespace
 
 std::unique_ptr<Simulation> make_liquid(const Scene& scene, double fps) {
-  return scene.options.dimension == 2 ? make<2>(scene, fps) : make<3>(scene, fps);
+  return with_numbers(scene.options, [&](auto dimension, auto number) -> std::unique_ptr<Simulation> {
+    return std::make_unique<Liquid<decltype(dimension)::value, decltype(number)>>(scene, fps);
+  });
 }
 
 }  // namespace sim

@@ -9,14 +9,6 @@
 namespace sim {
 namespace {
 
-template <int D>
-Lattice<D> lattice_of(const Options& o) {
-  Cell<D> cells;
-  std::array<bool, D> periodic;
-  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
-  return Lattice<D>(cells, periodic);
-}
-
 constexpr std::size_t kChunk = 4096;
 
 /// Sum of value(place) over the places of the domain, in a fixed order.

@@ -8,6 +8,7 @@
 
 #include "sim/fluid/step.h"
 #include "sim/problem.h"
+#include "sim/transfer/dimension.h"
 
 namespace sim {
 
@@ -57,15 +58,6 @@ class KnownFlow {
   Particles<D, Real> particles_;
   double time_ = 0;
 };
-
-/// Calls body(<2 or 3>, Real{}) with the dimension and the precision that the options name.
-template <class Body>
-auto with_numbers(const Options& o, const Body& body) {
-  using Two = std::integral_constant<int, 2>;
-  using Three = std::integral_constant<int, 3>;
-  if (o.precision == Precision::double_precision) return o.dimension == 2 ? body(Two{}, double{}) : body(Three{}, double{});
-  return o.dimension == 2 ? body(Two{}, float{}) : body(Three{}, float{});
-}
 
 /// Energy and enstrophy of a flow over the time, and its errors at the end against the exact field.
 struct FlowQuestion {

@@ -18,6 +18,17 @@ struct Stiffness {
       : lambda(m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson))), mu(m.young / (2 * (1 + m.poisson))), bulk(lambda + 2 * mu / 3) {}
 };
 
+/// change(particle, its entries) for every row of a column of the state.
+template <class Change>
+void change_column(Simulation& simulation, const char* name, const Change& change) {
+  State state = simulation.state();
+  std::vector<double> values = column_of(state, name);
+  const std::size_t width = width_of(state, name);
+  for (std::size_t p = 0; p * width < values.size(); ++p) change(p, values.data() + p * width);
+  set_column(state, name, values);
+  simulation.restore(state);
+}
+
 int frames_in(double time, double fps) { return std::max(1, int(std::ceil(time * fps - 1e-9))); }
 
 /// A disk, or a sphere, let go while it spins. Energy and angular momentum stay; the mean of J - 1 over a long time is what the spin asks for:
@@ -120,11 +131,7 @@ material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
     const auto simulation = make_simulation(scene, kOften);
-    State state = simulation->state();
-    std::vector<double> d = column_of(state, "deformation");
-    for (std::size_t k = 0; k < d.size(); k += width_of(state, "deformation")) d[k] = d[k + 3] = -0.1;
-    set_column(state, "deformation", d);
-    simulation->restore(state);
+    change_column(*simulation, "deformation", [](std::size_t, double* d) { d[0] = d[3] = -0.1; });
     return follow(*simulation, frames_in(time_, kOften), ledger);
   }
 
@@ -165,17 +172,13 @@ material = { model = "fixed_corotated", density = 1000, young = 1e5, poisson = 0
                      std::sqrt((Stiffness(scene.bodies[0].solid).lambda + 2 * Stiffness(scene.bodies[0].solid).mu) / scene.bodies[0].solid.density);
     const double period = length / sound, wave = 2 * M_PI * scene.options.cell / length;
     const auto simulation = make_simulation(scene, kFrames / period);
-    State state = simulation->state();
-    std::vector<double> v = column_of(state, "coefficients");
-    const std::size_t row = width_of(state, "coefficients");
-    const std::vector<double> start = places_of(state, 0);
-    for (std::size_t p = 0; p < start.size(); ++p) v[p * row] = amplitude_ * sound * std::sin(wave * start[p]);
-    set_column(state, "coefficients", v);
-    simulation->restore(state);
+    const std::vector<double> start = places_of(simulation->state(), 0);
+    change_column(*simulation, "coefficients", [&](std::size_t p, double* v) { v[0] = amplitude_ * sound * std::sin(wave * start[p]); });
     std::vector<double> share;   // of the velocity in sin(k x), frame by frame
     ProblemResult result = follow(*simulation, kFrames * 9 / 4, ledger, [&](const Totals&) {
       const State now = simulation->state();
       const std::vector<double> velocity = column_of(now, "coefficients"), x = places_of(now, 0);
+      const std::size_t row = width_of(now, "coefficients");
       double sum = 0;
       for (std::size_t p = 0; p < x.size(); ++p) sum += velocity[p * row] * std::sin(wave * x[p]);
       share.push_back(sum);

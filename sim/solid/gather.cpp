@@ -78,7 +78,8 @@ void BlockGather<D, Real>::gather_plainly(Group<D, Real>& group) {
       mass += m;
       lightest = std::min(lightest, m);
     }
-    flags_[p - begin_] = std::uint8_t((mass <= Real(kAlone * group.weight) ? kLoose : 0) | (lightest < Real(kLightNode * group.weight) ? kBesideLight : 0));
+    flags_[p - begin_] =
+        std::uint8_t((mass <= Real(kAlone * group.weight) ? kLoose : 0) | (lightest < Real(kLightNode * group.weight) ? kBesideLight : 0));
     for (int c = 0; c < D; ++c) {
       const std::size_t row = (p - begin_) * D + std::size_t(c);
       Tensor<Real, n, D> value;
@@ -131,7 +132,8 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
     }
   for (int node = 0; node < per_block; ++node) {
     const auto corner = std::size_t((node / (edge * edge) * tile + node / edge % edge) * tile + node % edge);
-    const std::uint32_t flag = (all[corner] <= float(kAlone * group.weight) ? kLoose : 0) | (lightest[corner] < float(kLightNode * group.weight) ? kBesideLight : 0);
+    const std::uint32_t flag =
+        (all[corner] <= float(kAlone * group.weight) ? kLoose : 0) | (lightest[corner] < float(kLightNode * group.weight) ? kBesideLight : 0);
     for (std::uint32_t q = local[std::size_t(node)]; q < local[std::size_t(node) + 1]; ++q) flags_[q] = std::uint8_t(flag);
   }
 }
@@ -187,7 +189,8 @@ bool BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
   const bool limits_it = group.scheme.carry == Carry::limited || (group.scheme.carry == Carry::hybrid && (flags_[p - begin_] & kBesideLight));
   std::array<Real, std::size_t(1 << D)> factor;
   if (limits_it)
-    factor = limiting_factors<D, Real>(stencil_at<D, Real>(from_cell_[p - begin_], from_offset_[p - begin_]), stencil_at<D, Real>(particles.cell[p], particles.offset[p]));
+    factor = limiting_factors<D, Real>(stencil_at<D, Real>(from_cell_[p - begin_], from_offset_[p - begin_]),
+                                       stencil_at<D, Real>(particles.cell[p], particles.offset[p]));
   for (int c = 0; c < D && (pushed > 0 || limits_it); ++c) {
     const std::span<Real> coefficients = particles.component(p, c);
     if (pushed > 0) coefficients[0] = moving.velocity[c];
@@ -213,7 +216,8 @@ void BlockGather<D, Real>::settle_all(Group<D, Real>& group, bool touches) {
 
 template <int D, class Real>
 double BlockGather<D, Real>::kinetic_energy(const Group<D, Real>& group, std::size_t p) const {
-  const Stencil<QuadraticBasis<double>, D> stencil = stencil_at<D, double>(group.particles.cell[p], group.particles.offset[p].template cast<double>());
+  const Stencil<QuadraticBasis<double>, D> stencil =
+      stencil_at<D, double>(group.particles.cell[p], group.particles.offset[p].template cast<double>());
   double sum = 0;
   for (int c = 0; c < D; ++c) {
     const std::span<const Real> coefficients = group.particles.component(p, c);
@@ -287,7 +291,8 @@ bool BlockGather<D, Real>::move(Group<D, Real>& group, bool touches) {
     return false;
   }
   const bool limits_some = group.scheme.carry == Carry::limited ||
-                           (group.scheme.carry == Carry::hybrid && std::any_of(flags_.begin(), flags_.begin() + std::ptrdiff_t(count), [](auto f) { return f & kBesideLight; }));
+                           (group.scheme.carry == Carry::hybrid &&
+                            std::any_of(flags_.begin(), flags_.begin() + std::ptrdiff_t(count), [](auto f) { return f & kBesideLight; }));
   if (limits_some || (touches && solids_.has_thin())) {
     from_cell_.assign(particles.cell.begin() + std::ptrdiff_t(begin_), particles.cell.begin() + std::ptrdiff_t(end_));
     from_offset_.assign(particles.offset.begin() + std::ptrdiff_t(begin_), particles.offset.begin() + std::ptrdiff_t(end_));
@@ -359,7 +364,8 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
     const auto stretched = either(largest_entry(b) > constant<T>(kStretched), volume < constant<T>(kSquashed - 1));
     const auto counts_here = first_lanes(used, T(0));
     const T own = std::is_same_v<Law, Liquid> ? state.state : volume;   // a liquid's F is not kept
-    least_volume = smaller(least_volume, select(counts_here, own, least_volume)), most_volume = larger(most_volume, select(counts_here, own, most_volume));
+    least_volume = smaller(least_volume, select(counts_here, own, least_volume)),
+    most_volume = larger(most_volume, select(counts_here, own, most_volume));
     const auto is_loose = either(flagged(&flags_[p - begin_], T(0)), stretched);
     fastest = larger(fastest, select(counts_here, r.stiffness, T(0)));
     fastest_loose = larger(fastest_loose, select(both(is_loose, counts_here), r.stiffness, T(0)));

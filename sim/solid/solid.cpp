@@ -12,19 +12,12 @@
 #include "sim/moment.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
+#include "sim/transfer/dimension.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
 
 namespace sim {
 namespace {
-
-template <int D>
-Lattice<D> make_lattice(const Options& o) {
-  Cell<D> cells;
-  std::array<bool, D> periodic;
-  for (int a = 0; a < D; ++a) cells[a] = int(std::lround(o.domain.size()[a] / o.cell)), periodic[std::size_t(a)] = o.periodic(a);
-  return Lattice<D>(cells, periodic);
-}
 
 /// [Pa] of a Kirchhoff stress: the mean of its normal parts, pressing positive. In two dimensions of the two in the plane.
 template <int D, class Real>
@@ -40,7 +33,8 @@ float equivalent_strain(const Deformation<Real, D>& p) {
   const Svd<Real, D> f = svd(p.gradient);
   std::array<double, 3> strain{};
   double mean = 0, sum = 0;
-  for (std::size_t i = 0; i < std::size_t(D); ++i) mean += strain[i] = std::log(std::max(1e-6, std::abs(1 + double(f.stretch[i]))));   // a flattened particle has a finite one too
+  constexpr double kFlat = 1e-6;   // a flattened particle has a finite strain too
+  for (std::size_t i = 0; i < std::size_t(D); ++i) mean += strain[i] = std::log(std::max(kFlat, std::abs(1 + double(f.stretch[i]))));
   for (const double e : strain) sum += (e - mean / 3) * (e - mean / 3);
   return float(std::sqrt(2 * sum / 3));
 }
@@ -49,7 +43,7 @@ template <int D, class Real>
 class Solid final : public Simulation {
  public:
   Solid(const Scene& scene, double fps)
-      : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, make_lattice<D>(scene.options)),
+      : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         groups_(seed_groups<D, Real>(scene, solids_)), step_(scene, solids_) {
     if (particles() == 0) throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     limits_ = limits_at_rest();
@@ -73,7 +67,9 @@ class Solid final : public Simulation {
     try {
       hold(step_.gather(dt, keep(dt), groups_, ledger));
     } catch (const LostParticle& lost) {
-      throw Unstable(frame_ + 1, {"motion", fmt::format("g2p: particle {} of body {}, {}, is not finite or crossed more than two cells in a step of {:.3g} s", lost.id, bodies_[lost.group], lost.place, dt),
+      throw Unstable(frame_ + 1, {"motion",
+                                  fmt::format("g2p: particle {} of body {}, {}, is not finite or crossed more than two cells in a step of {:.3g} s",
+                                              lost.id, bodies_[lost.group], lost.place, dt),
                                   kSmallerSteps, int(lost.group)});
     }
     ++steps_.all;
@@ -131,7 +127,8 @@ class Solid final : public Simulation {
     for (const auto& g : groups_) {
       if (g.particles.size() == 0) continue;
       Deformation<double, D> rest{Matrix<double, D>::zero(), 0};
-      const double stiffness = std::visit([&](const auto& law) { return law.template respond<double, D>(Matrix<double, D>::zero(), rest).stiffness; }, g.model);
+      const double stiffness =
+          std::visit([&](const auto& law) { return law.template respond<double, D>(Matrix<double, D>::zero(), rest).stiffness; }, g.model);
       limits.wave_speed = std::max(limits.wave_speed, std::sqrt(stiffness / g.density));
       for (std::size_t p = 0; p < g.particles.size(); ++p) limits.speed = std::max(limits.speed, double(g.particles.velocity(p).norm()));
     }
@@ -144,7 +141,8 @@ class Solid final : public Simulation {
     for (std::size_t p = 0; p < group.particles.size(); ++p) {
       bool wild = false;
       for (int a = 0; a < D; ++a)
-        for (std::size_t r = 0; r < group.scheme.bent.size(); ++r) wild = wild || (group.scheme.bent[r] != 0 && std::abs(group.particles.component(p, a)[r]) > most);
+        for (std::size_t r = 0; r < group.scheme.bent.size(); ++r)
+          wild = wild || (group.scheme.bent[r] != 0 && std::abs(group.particles.component(p, a)[r]) > most);
       if (!wild) continue;
       for (int a = 0; a < D; ++a)
         for (std::size_t r = 0; r < group.scheme.bent.size(); ++r)
@@ -161,7 +159,8 @@ class Solid final : public Simulation {
   base::Vec3 momentum_of_particles() const {   // [kg m/s]
     base::Vec3 sum = base::Vec3::Zero();
     for (const auto& g : groups_)
-      for (std::size_t p = 0; p < g.particles.size(); ++p) sum.template head<D>() += g.particles.mass * g.particles.velocity(p).template cast<double>();
+      for (std::size_t p = 0; p < g.particles.size(); ++p)
+        sum.template head<D>() += g.particles.mass * g.particles.velocity(p).template cast<double>();
     return sum;
   }
 
@@ -180,8 +179,10 @@ class Solid final : public Simulation {
       for (std::size_t g = 0; g < groups_.size(); ++g)
         for (std::size_t p = 0; p < groups_[g].particles.size(); ++p)
           if (!groups_[g].particles.velocity(p).allFinite())
-            throw Unstable(frame_ + 1, {"finite", fmt::format("p2g: particle {} of body {}, {}, has no finite velocity", groups_[g].particles.id[p], bodies_[g],
-                                                              step_.place_of(groups_[g].particles, p)), kSmallerSteps, int(g)});
+            throw Unstable(frame_ + 1, {"finite",
+                                        fmt::format("p2g: particle {} of body {}, {}, has no finite velocity", groups_[g].particles.id[p], bodies_[g],
+                                                    step_.place_of(groups_[g].particles, p)),
+                                        kSmallerSteps, int(g)});
       throw Unstable(frame_ + 1, {"finite", "p2g: the grid's momentum is no finite number", kSmallerSteps});
     }
     base::Vec3 masses = base::Vec3::Zero(), grid_masses = base::Vec3::Zero();
@@ -195,7 +196,8 @@ class Solid final : public Simulation {
     constexpr double kKept = 0.999;
     const StepLimits before = limits_;
     limits_ = now;
-    limits_.wave_speed = std::max(now.wave_speed, kKept * before.wave_speed), limits_.loose_speed = std::max(now.loose_speed, kKept * before.loose_speed);
+    limits_.wave_speed = std::max(now.wave_speed, kKept * before.wave_speed),
+    limits_.loose_speed = std::max(now.loose_speed, kKept * before.loose_speed);
     momentum_ = now.momentum;
   }
 
@@ -208,9 +210,9 @@ class Solid final : public Simulation {
     const double loose = limits_.loose_speed > 0 ? options_.sound_cfl * h / limits_.loose_speed : never;
     const double motion = v > 0 || g > 0 ? 2 * reach / (v + std::sqrt(v * v + 4 * g * reach)) : never;
     double dt = std::min({sound, loose, motion});
+    const char* const who = dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound";
     if (!(dt > kShortestStep / fps_))
-      throw Unstable(frame_ + 1, {"step", fmt::format("{} asks for a step of {:.3g} s, less than {:.1g} of a frame",
-                                                      dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound", dt, kShortestStep),
+      throw Unstable(frame_ + 1, {"step", fmt::format("{} asks for a step of {:.3g} s, less than {:.1g} of a frame", who, dt, kShortestStep),
                                   "a softer material, a coarser sim.cell or a higher shot.fps needs fewer steps"});
     if (dt < left) ++(dt == motion ? steps_.by_motion : dt == loose ? steps_.by_loose : steps_.by_sound);
     dt = std::min(dt / (1 << restraint_.halvings), restraint_.longest);
@@ -256,7 +258,9 @@ Frame Solid<D, Real>::frame() const {
   const std::size_t n = particles();
   f.position.resize(n), f.velocity.resize(n), f.id.resize(n);
   if (groups_.size() > 1) f.body.resize(n);
-  f.pressure.resize(options_.write.pressure ? n : 0), f.strain.resize(options_.write.strain ? n : 0), f.mode_energy.resize(options_.write.mode_energy ? n : 0);
+  f.pressure.resize(options_.write.pressure ? n : 0);
+  f.strain.resize(options_.write.strain ? n : 0);
+  f.mode_energy.resize(options_.write.mode_energy ? n : 0);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Particles<D, Real>& particles = groups_[g].particles;
     const std::vector<float> mode_energy =
@@ -355,8 +359,8 @@ void Solid<D, Real>::restore(const State& s) {
   Group<D, Real> all;
   const auto n = std::int64_t(particles()), width = std::int64_t(row_width());
   all.particles.modes = int(width) / D;
-  bool fits = s.frame >= 1 && read_particles(s, n, solids_.lattice, all.particles) && read_column<Real>(s, "deformation", n, kStrain, all.deformation) &&
-              read_column<Real>(s, "stress", n, kStress, all.stress);
+  bool fits = s.frame >= 1 && read_particles(s, n, solids_.lattice, all.particles) &&
+              read_column<Real>(s, "deformation", n, kStrain, all.deformation) && read_column<Real>(s, "stress", n, kStress, all.stress);
   std::size_t from = 0;
   for (auto& group : groups) {
     if (!fits) break;
@@ -399,16 +403,12 @@ std::uint64_t Solid<D, Real>::state_hash() const {
   return hash;
 }
 
-template <int D>
-std::unique_ptr<Simulation> make(const Scene& scene, double fps) {
-  if (scene.options.precision == Precision::double_precision) return std::make_unique<Solid<D, double>>(scene, fps);
-  return std::make_unique<Solid<D, float>>(scene, fps);
-}
-
 }  // namespace
 
 std::unique_ptr<Simulation> make_solid(const Scene& scene, double fps) {
-  return scene.options.dimension == 2 ? make<2>(scene, fps) : make<3>(scene, fps);
+  return with_numbers(scene.options, [&](auto dimension, auto number) -> std::unique_ptr<Simulation> {
+    return std::make_unique<Solid<decltype(dimension)::value, decltype(number)>>(scene, fps);
+  });
 }
 
 }  // namespace sim

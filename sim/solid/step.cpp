@@ -42,7 +42,8 @@ Scheme<D>::Scheme(const Options& o) : modes(mode_set<D>(o.transfer, Kernel::quad
 
 template <int D, class Real>
 SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
-    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice), audits_(scene.options.audit), down_(downhill(gravity(scene), scene.options)) {}
+    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice), audits_(scene.options.audit),
+      down_(downhill(gravity(scene), scene.options)) {}
 
 template <int D, class Real>
 void SolidStep<D, Real>::merge(const Groups& groups) {
@@ -64,7 +65,8 @@ void SolidStep<D, Real>::merge(const Groups& groups) {
     for (std::size_t b = 0, m = 0; b < own.occupied.size(); ++b) {
       while (merged_.occupied[m] != own.occupied[b]) ++m;
       at_[g][m] = std::int32_t(b);
-      for (std::size_t k = 0; k < per_block; ++k) merged_.begin[m * per_block + k + 1] += own.begin[b * per_block + k + 1] - own.begin[b * per_block + k];
+      for (std::size_t k = 0; k < per_block; ++k)
+        merged_.begin[m * per_block + k + 1] += own.begin[b * per_block + k + 1] - own.begin[b * per_block + k];
     }
   }
   for (std::size_t k = 1; k < merged_.begin.size(); ++k) merged_.begin[k] += merged_.begin[k - 1];
@@ -112,7 +114,8 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
   if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero());
   const Lattice<D>& lattice = blocks_.lattice();
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
-  for (std::size_t b = 0; b < merged_.occupied.size(); ++b) colours[lattice.colour(lattice.block_at(merged_.occupied[b]))].push_back(std::uint32_t(b));
+  for (std::size_t b = 0; b < merged_.occupied.size(); ++b)
+    colours[lattice.colour(lattice.block_at(merged_.occupied[b]))].push_back(std::uint32_t(b));
   for (const auto& same : colours)
     base::parallel_chunks(same.size(), 1, [&](std::size_t k, std::size_t) {
       const std::size_t b = same[k];

@@ -12,11 +12,7 @@ namespace {
 const Material kJelly{.model = Elasticity::neo_hookean, .density = 1000, .young = 1e4, .poisson = 0.3};
 
 VerifyCase contact_case(const std::string& name, int dimension, const Scheme& scheme, bool is_solid) {
-  VerifyCase c;
-  c.name = name + "/" + (is_solid ? "solid/" + solid_text(scheme, dimension) : "liquid/" + fluid_text(scheme, dimension));
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = kernel_text(scheme);
-  c.integrator = is_solid ? "explicit" : scheme.splitting == Splitting::lie ? "lie" : "reflection";
+  VerifyCase c = is_solid ? solid_case(name + "/solid", dimension, scheme) : liquid_case(name + "/liquid", dimension, scheme);
   c.source = "case 17";
   return c;
 }
@@ -65,7 +61,7 @@ VerifyCase closing(int dimension, const Scheme& scheme) {
   c.tolerance = 0;
   c.run = [=] {
     const double h = 0.05;
-    Scene scene = tank(dimension, h, {0, 0, 0}, {1, dimension == 2 ? 0.2 : 0.2, dimension == 2 ? 0 : 0.2});
+    Scene scene = tank(dimension, h, {0, 0, 0}, {1, 0.2, dimension == 2 ? 0 : 0.2});
     apply(scheme, scene.options);
     add_gravity(scene);
     const base::Vec3 top = dimension == 2 ? base::Vec3(0, 0.6, 0) : base::Vec3(0, 0.3, 0.6);

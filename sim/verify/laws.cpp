@@ -8,20 +8,12 @@
 #include "sim/solid/von_mises.h"
 #include "sim/verify/cases.h"
 #include "sim/verify/follow.h"
+#include "sim/verify/scenes.h"
 
 namespace sim::verify {
 namespace {
 
 const Lame kLame = Lame::of(1e5, 0.3);
-
-VerifyCase law_case(const std::string& name, int dimension, const std::string& source) {
-  VerifyCase c;
-  c.name = name + "/" + std::to_string(dimension) + "d";
-  c.dimension = dimension;
-  c.transfer = "any", c.kernel = "any", c.integrator = "any";
-  c.source = source;
-  return c;
-}
 
 /// Random stretches, returned twice: the second time nothing moves. And none stores more energy than it had, snow's published box apart.
 template <int D, class Yield>

@@ -12,15 +12,6 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-VerifyCase liquid_case(const std::string& name, int dimension, const Scheme& scheme) {
-  VerifyCase c;
-  c.name = name + "/" + fluid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = kernel_text(scheme);
-  c.integrator = scheme.splitting == Splitting::lie ? "lie" : "reflection";
-  return c;
-}
-
 /// In 3-D the water's z is what y is in 2-D.
 base::Vec3 upright(int dimension, double x, double height) { return dimension == 2 ? base::Vec3(x, height, 0) : base::Vec3(x, 0.2, height); }
 

@@ -102,10 +102,7 @@ VerifyCase random_scenes(int first, int last, int frames, bool quick) {
 
 /// Drifts that only rounding can make: of the mean volume ratio, and of momentum over what the body's fastest part carries.
 VerifyCase long_run(const std::string& name, const Scheme& scheme, double spin, double tolerance, bool quick) {
-  VerifyCase c;
-  c.name = "1e5_steps/" + name + "/" + solid_text(scheme, 2);
-  c.dimension = 2;
-  c.transfer = transfer_text(scheme, 2), c.kernel = "quadratic", c.integrator = "explicit";
+  VerifyCase c = solid_case("1e5_steps/" + name, 2, scheme);
   const bool exact = scheme.precision == kDouble;
   c.expect = "drift of the volume (mean J over a turn) and of momentum over 1e5 steps at most the tolerance";
   c.tolerance = tolerance;

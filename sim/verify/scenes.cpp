@@ -78,6 +78,8 @@ void apply(const Scheme& s, Options& o) {
   if (s.transfer == Transfer::polypic) o.modes.count = s.modes;
 }
 
+namespace {
+
 std::string transfer_text(const Scheme& s, int dimension) {
   if (s.transfer == Transfer::pic) return "pic";
   if (s.transfer == Transfer::flip) return "flip";
@@ -87,22 +89,32 @@ std::string transfer_text(const Scheme& s, int dimension) {
   return "polypic" + std::to_string(count);
 }
 
-std::string kernel_text(const Scheme& s) { return s.kernel == Kernel::linear ? "linear" : "quadratic"; }
-
-namespace {
-
-std::string text_of(const Scheme& s, int dimension, bool names_kernel) {
-  std::string text = std::to_string(dimension) + "d/" + transfer_text(s, dimension);
-  if (names_kernel) text += "/" + kernel_text(s);
+VerifyCase scheme_case(const std::string& name, int dimension, const Scheme& s, bool is_solid) {
+  VerifyCase c;
+  c.dimension = dimension;
+  c.transfer = transfer_text(s, dimension), c.kernel = s.kernel == Kernel::linear ? "linear" : "quadratic";
+  c.integrator = is_solid ? "explicit" : s.splitting == Splitting::lie ? "lie" : "reflection";
+  c.name = name + "/" + std::to_string(dimension) + "d/" + c.transfer;
+  if (!is_solid) c.name += "/" + c.kernel;
   if (s.transfer == Transfer::polypic && s.kernel == Kernel::quadratic)
-    text += s.carry == Carry::fixed ? "/fixed" : s.carry == Carry::limited ? "/limited" : "/hybrid";
-  if (s.splitting == Splitting::reflection) text += "/reflection";
-  return text + (s.precision == kDouble ? "/double" : "/single");
+    c.name += s.carry == Carry::fixed ? "/fixed" : s.carry == Carry::limited ? "/limited" : "/hybrid";
+  if (s.splitting == Splitting::reflection) c.name += "/reflection";
+  c.name += s.precision == kDouble ? "/double" : "/single";
+  return c;
 }
 
 }  // namespace
 
-std::string solid_text(const Scheme& s, int dimension) { return text_of(s, dimension, false); }
-std::string fluid_text(const Scheme& s, int dimension) { return text_of(s, dimension, true); }
+VerifyCase solid_case(const std::string& name, int dimension, const Scheme& s) { return scheme_case(name, dimension, s, true); }
+VerifyCase liquid_case(const std::string& name, int dimension, const Scheme& s) { return scheme_case(name, dimension, s, false); }
+
+VerifyCase law_case(const std::string& name, int dimension, const std::string& source) {
+  VerifyCase c;
+  c.name = name + "/" + std::to_string(dimension) + "d";
+  c.dimension = dimension;
+  c.transfer = c.kernel = c.integrator = "any";
+  c.source = source;
+  return c;
+}
 
 }  // namespace sim::verify

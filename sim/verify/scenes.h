@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/scene.h"
+#include "sim/verify.h"
 
 namespace sim::verify {
 
@@ -30,10 +31,11 @@ struct Scheme {
 inline constexpr auto kDouble = Precision::double_precision, kSingle = Precision::single_precision;
 
 void apply(const Scheme&, Options&);
-std::string transfer_text(const Scheme&, int dimension);   // "polypic9"
-std::string kernel_text(const Scheme&);                    // "quadratic"
-/// "2d/polypic9/quadratic/hybrid/double" of a fluid, to which reflection is added; of solids without the kernel.
-std::string solid_text(const Scheme&, int dimension);
-std::string fluid_text(const Scheme&, int dimension);
+
+/// Cases with their names and what they pair, all else to be filled in: "NAME/2d/polypic9/hybrid/double" of a solid,
+/// "NAME/2d/polypic9/quadratic/hybrid/double" of a liquid, to which reflection is added, and "NAME/2d" of what is no simulation.
+VerifyCase solid_case(const std::string& name, int dimension, const Scheme&);
+VerifyCase liquid_case(const std::string& name, int dimension, const Scheme&);
+VerifyCase law_case(const std::string& name, int dimension, const std::string& source);
 
 }  // namespace sim::verify

@@ -11,14 +11,6 @@ namespace {
 
 const Material kJelly{.model = Elasticity::neo_hookean, .density = 1000, .young = 1e5, .poisson = 0.3};
 
-VerifyCase solid_case(const std::string& name, int dimension, const Scheme& scheme) {
-  VerifyCase c;
-  c.name = name + "/" + solid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
-  return c;
-}
-
 const char* name_of(Elasticity law) {
   return law == Elasticity::fixed_corotated ? "fixed_corotated" : law == Elasticity::neo_hookean ? "neo_hookean" : "hencky";
 }

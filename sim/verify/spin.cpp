@@ -28,10 +28,7 @@ double angular_drift(const Course& c) { return (c.end().angular_momentum - c.sta
 double last_energy(const Course& c) { return c.energy(c.totals.size() - 1) / c.energy(0); }
 
 VerifyCase spin_case(int dimension, const Scheme& scheme, double young = 200) {
-  VerifyCase c;
-  c.name = std::string(dimension == 2 ? "spinning_disk/" : "spinning_sphere/") + (young < 100 ? "soft/" : "") + solid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
+  VerifyCase c = solid_case(std::string(dimension == 2 ? "spinning_disk" : "spinning_sphere") + (young < 100 ? "/soft" : ""), dimension, scheme);
   c.source = "docs/transfers.md, carry; case 15; PolyPIC S3";
   return c;
 }
@@ -95,10 +92,7 @@ VerifyCase blows_up(int dimension, const Scheme& scheme) {
 
 /// One particle, stretched at first: everything a step does to it is an error of the step.
 VerifyCase lone(int dimension, const Scheme& scheme, double stretch) {
-  VerifyCase c;
-  c.name = "lone_particle/" + std::string(stretch > 1 ? "stretched/" : "pressed/") + solid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
+  VerifyCase c = solid_case(stretch > 1 ? "lone_particle/stretched" : "lone_particle/pressed", dimension, scheme);
   c.expect = "1e4 steps: largest energy over the start's at most 1 + 2.6 CFL (CFL .2); in the last quarter at most 1.02 of the first's";
   c.tolerance = 1 + 2.6 * 0.2;
   c.source = "case 3";
@@ -137,10 +131,7 @@ VerifyCase lone(int dimension, const Scheme& scheme, double stretch) {
 
 /// A square that turns, one column of whose particles lies a millionth of a cell from where its stencil changes: its outer nodes weigh 5e-13.
 VerifyCase light_nodes(int dimension, const Scheme& scheme) {
-  VerifyCase c;
-  c.name = "light_nodes/" + solid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = transfer_text(scheme, dimension), c.kernel = "quadratic", c.integrator = "explicit";
+  VerifyCase c = solid_case("light_nodes", dimension, scheme);
   c.expect = "nodes of 1e-12 of a particle's mass: energy at most 1.01 of the start's, angular momentum to 1e-10";
   c.tolerance = 1.01;
   c.source = "case 4";
@@ -170,10 +161,7 @@ VerifyCase light_nodes(int dimension, const Scheme& scheme) {
 /// Mean J - 1 over a spin's swings is what the spin asks for at rest in the turning frame.
 VerifyCase swells(int dimension) {
   Scheme scheme;
-  VerifyCase c;
-  c.name = "swelling_by_spin/" + solid_text(scheme, dimension);
-  c.dimension = dimension;
-  c.transfer = "apic", c.kernel = "quadratic", c.integrator = "explicit";
+  VerifyCase c = solid_case("swelling_by_spin", dimension, scheme);
   c.expect = "mean J - 1 over time within 5 % of the elastic solution's";
   c.tolerance = 0.05;
   c.source = dimension == 2 ? "case 15: rho w^2 R^2 / (4 (lambda + mu))" : "case 15: 2 rho w^2 R^2 / (15 K)";

@@ -9,6 +9,7 @@
 #include "sim/transfer/node_transfer.h"
 #include "sim/verify/cases.h"
 #include "sim/verify/follow.h"
+#include "sim/verify/scenes.h"
 
 namespace sim::verify {
 namespace {
@@ -214,13 +215,9 @@ LiquidCells<D> full_box(const ActiveBlocks<D>& blocks, const Solids<D>& solids) 
 /// A field without divergence between walls, and a gradient added to it: the projection takes the gradient away.
 template <int D>
 VerifyCase pressure_order() {
-  VerifyCase c;
-  c.name = "order_of_pressure/" + std::to_string(D) + "d";
-  c.dimension = D;
-  c.transfer = "any", c.kernel = "any", c.integrator = "any";
+  VerifyCase c = law_case("order_of_pressure", D, "case 24: v = curl psi + grad phi, psi = sin^2 sin, phi = cos cos (cos)");
   c.expect = "order of the error in the cell at least 1.8 (value: 1.8 over the order)";
   c.tolerance = 1;
-  c.source = "case 24: v = curl psi + grad phi, psi = sin^2 sin, phi = cos cos (cos)";
   c.run = [=] {
     std::array<double, 3> error{};
     for (std::size_t level = 0; level < 3; ++level) {
@@ -257,14 +254,10 @@ VerifyCase pressure_order() {
 /// A level surface that comes nearer and nearer to the middles of the last liquid cells.
 template <int D>
 VerifyCase thin_surface() {
-  VerifyCase c;
-  c.name = "surface_at_a_cells_middle/" + std::to_string(D) + "d";
-  c.dimension = D;
-  c.transfer = "any", c.kernel = "any", c.integrator = "any";
+  VerifyCase c = law_case("surface_at_a_cells_middle", D, "case 18");
   c.expect = "iterations with a quarter of the surface 1e-12 cells above the middles of cells, at most twice those with all of it "
              "half a cell above; velocities finite";
   c.tolerance = 2;
-  c.source = "case 18";
   c.run = [=] {
     const int n = D == 2 ? 64 : 24;
     const auto blocks = ActiveBlocks<D>::whole(box_of<D>(n, false));

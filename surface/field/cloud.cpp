@@ -85,7 +85,8 @@ Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3&
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, room.is_liquid ? 0 : scale.gap * lattice.voxel, places);
+    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, room.is_liquid ? 0 : scale.gap * lattice.voxel,
+                     places);
     for (const Vec3& place : places) add_wall_images((place - lattice.origin) / lattice.voxel, std::uint32_t(i), size, scale.reach, copies);
   }
   return copies;
@@ -122,7 +123,8 @@ std::vector<bool> full_blocks(const Cloud& cloud, float spacing) {
   for (std::size_t b = 0; b < full.size(); ++b) {
     std::uint64_t seen = 0;
     for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p) {
-      const Index3 local = ((cloud.position[p] - (cloud.block[b] * kBlock).cast<float>()).array().floor().cast<int>().max(0).min(kBlock - 1)).matrix();
+      const Index3 local =
+          ((cloud.position[p] - (cloud.block[b] * kBlock).cast<float>()).array().floor().cast<int>().max(0).min(kBlock - 1)).matrix();
       seen |= std::uint64_t(1) << (((local[0] >> shift) * parts + (local[1] >> shift)) * parts + (local[2] >> shift));
     }
     full[b] = seen == all;
@@ -169,7 +171,8 @@ Blocks make_blocks(const Cloud& cloud, const Scale& scale) {
   constexpr std::int32_t kWanted = 0;
   for (std::size_t b = 0; b < cloud.block.size(); ++b) {
     Vec3f low = cloud.position[cloud.first[8 * b]], high = low;
-    for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p) low = low.cwiseMin(cloud.position[p]), high = high.cwiseMax(cloud.position[p]);
+    for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p)
+      low = low.cwiseMin(cloud.position[p]), high = high.cwiseMax(cloud.position[p]);
     const Index3 from = block_of(low.array() - scale.reach), to = block_of(high.array() + scale.reach);
     for (int i = from[0]; i <= to[0]; ++i)
       for (int j = from[1]; j <= to[1]; ++j)

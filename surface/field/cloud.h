@@ -42,7 +42,8 @@ template <class Body>
 void each_near(const Cloud& cloud, const Index3& coordinate, float distance, const Body& body) {
   constexpr int kHalf = kBlock / 2;   // edge of an octant
   const int n = 1 + static_cast<int>(distance) / kBlock;
-  const base::Vec3f low = (coordinate * kBlock).cast<float>().array() - distance, high = (coordinate * kBlock).cast<float>().array() + kBlock - 1 + distance;
+  const base::Vec3f low = (coordinate * kBlock).cast<float>().array() - distance,
+                    high = (coordinate * kBlock).cast<float>().array() + kBlock - 1 + distance;
   for (int i = -n; i <= n; ++i)
     for (int j = -n; j <= n; ++j)
       for (int k = -n; k <= n; ++k) {

@@ -34,7 +34,8 @@ std::vector<float> company(const Cloud& cloud, const Blocks& blocks, const Scale
     for (std::size_t p = begin; p < end; ++p) {
       const Index3 v = (cloud.position[p].array() + 0.5f).floor().cast<int>();
       const std::int32_t b = blocks.directory.at(Index3(v[0] >> 3, v[1] >> 3, v[2] >> 3));
-      const float d = b >= 0 ? density[std::size_t(b) * kVoxels + std::size_t((v[0] & 7) * kRows + (v[1] & 7) * kBlock + (v[2] & 7))] : b == kWater ? 1.0f : 0.0f;
+      const float d = b >= 0 ? density[std::size_t(b) * kVoxels + std::size_t((v[0] & 7) * kRows + (v[1] & 7) * kBlock + (v[2] & 7))]
+                      : b == kWater ? 1.0f : 0.0f;
       const float t = std::clamp((d - lone) / (many - lone), 0.0f, 1.0f);
       result[p] = t * t * (3 - 2 * t);
     }

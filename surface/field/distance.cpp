@@ -29,7 +29,8 @@ Field spread(const Blocks& blocks, Field distance, const Field& known, int passe
           const auto row = [&](int x, int y, int z) { return row_at(&d[x][y][z]); };
           const Row own = row(i, j, 1), sign = (own < 0).select(Row::Constant(-1), Row::Constant(1));
           const auto nearer = [&](const Row& below, const Row& above) -> Row { return (sign * below).min(sign * above).abs(); };
-          const Row best = eikonal(nearer(row(i - 1, j, 1), row(i + 1, j, 1)), nearer(row(i, j - 1, 1), row(i, j + 1, 1)), nearer(row(i, j, 0), row(i, j, 2)));
+          const Row best =
+              eikonal(nearer(row(i - 1, j, 1), row(i + 1, j, 1)), nearer(row(i, j - 1, 1), row(i, j + 1, 1)), nearer(row(i, j, 0), row(i, j, 2)));
           row_at(&next[at]) = (row_at(&known[at]) > 0).select(own, sign * own.abs().min(best));
         }
     });

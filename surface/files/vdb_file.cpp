@@ -78,7 +78,8 @@ Contents read(const std::filesystem::path& path) {
   if (magic != openvdb::OPENVDB_MAGIC) base::throw_input(path.string(), bytes.empty() ? "the file is empty" : "not an OpenVDB file");
   if (bytes.size() < kTagOffset + kTagLength) base::throw_input(path.string(), "the file is cut short");
   const std::string tag = bytes.substr(kTagOffset, kTagLength);
-  if (tag.starts_with(kTagMark) && tag != tag_of(bytes)) base::throw_input(path.string(), "the file is damaged or cut short (its checksum does not match)");
+  if (tag.starts_with(kTagMark) && tag != tag_of(bytes))
+    base::throw_input(path.string(), "the file is damaged or cut short (its checksum does not match)");
   Contents contents;
   try {
     std::istringstream in(std::move(bytes), std::ios::binary);

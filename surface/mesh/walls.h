@@ -32,7 +32,8 @@ base::Vec3f wall_normal(std::uint8_t common);
 /// Level set seen from one thread.
 class Level {
  public:
-  Level(const openvdb::FloatGrid& grid, const std::optional<Walls>& walls) : values_(grid.getConstAccessor()), voxel_(float(grid.voxelSize()[0])), walls_(walls) {}
+  Level(const openvdb::FloatGrid& grid, const std::optional<Walls>& walls)
+      : values_(grid.getConstAccessor()), voxel_(float(grid.voxelSize()[0])), walls_(walls) {}
   Vertex vertex(const openvdb::Vec3d& x) const;
 
  private:
