@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <random>
 
 #include <tbb/global_control.h>
 
+#include "sim/transfer/tiles.h"
 #include "tests/transfer_cases.h"
 
 namespace sim {
@@ -134,6 +137,33 @@ TEST(Lanes, FastEqualsPlainOnBlocksAroundParticlesOnly) {
   ASSERT_LT(blocks.count(), ActiveBlocks<3>::whole(lattice).count());
   const auto field = random_field<NodeLayout<3, float>>(blocks, 6);
   expect_equal_to_round_off(outcome(fast, blocks, field, false, particles), outcome(plain, blocks, field, false, particles), 27);
+}
+
+// 27 modes of more particles than caches hold leave past these, in whole lines: none of a neighbour's rows may be touched, whichever block comes first.
+TEST(Lanes, RowsPastTheCachesAreTheSame) {
+  using Layout = FaceLayout<3, float>;
+  constexpr int tile = Lattice<3>::kBlock + 3;
+  const Lattice<3> lattice = lattice_of<3>(9);
+  const auto blocks = ActiveBlocks<3>::whole(lattice);
+  const auto field = random_field<Layout>(blocks, 5);
+  auto particles = random_particles<3, float>(lattice, 3000, 27, 17);
+  const CellRanges ranges = CanonicalOrder<3, float>().sort(particles, lattice);
+  const lanes::Kernels kernels = lanes::faces_quadratic(27);
+  const auto gathered = [&](bool streams, bool backwards) {
+    std::vector<float> rows(particles.coefficients.size() + 5, 7);   // not at the beginning of a line
+    for (std::size_t k = 0; k < ranges.occupied.size(); ++k) {
+      const std::size_t b = backwards ? ranges.occupied.size() - 1 - k : k;
+      std::array<float, 3 * tile * tile * tile> nodes{};
+      load_tile<Layout, tile>(blocks, lattice.block_at(ranges.occupied[b]), field, nodes.data());
+      kernels.gather({.begin = &ranges.begin[b * Lattice<3>::kCellsPerBlock], .offset = particles.offset.front().data(), .coefficients = rows.data() + 5,
+                      .streams = streams}, {.tile = nodes.data()});
+    }
+    return rows;
+  };
+  const std::vector<float> expected = gathered(false, false);
+  EXPECT_EQ(std::count(expected.begin(), expected.end(), 7.0f), 5);
+  EXPECT_EQ(gathered(true, false), expected);
+  EXPECT_EQ(gathered(true, true), expected);
 }
 
 // What is called after each block finds the block's particles gathered, and all calls together every particle once.
@@ -303,6 +333,34 @@ TEST(Rows, OfOtherColumnsMoveAlong) {
 }
 
 // The order is by nearest node, then id, when that is asked; nodes on a periodic side are one.
+// Crowded and nearly empty cells, blocks far apart, ids that 32 bits do not hold.
+TEST(Order, IsOfBlocksCellsAndIds) {
+  const Lattice<3> lattice({3000000, 3000000, 3000000});
+  for (const std::int64_t far : {std::int64_t(1), std::int64_t(1) << 40}) {
+    auto particles = random_particles<3, float>(lattice_of<3>(12), 4000, 1, 3);
+    std::mt19937 rng(7);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      particles.id[p] = std::int64_t(p * 7919 % 4001) * far;
+      for (int& cell : particles.cell[p]) cell = p % 3 == 0 ? cell % 2 : p % 3 == 1 ? cell : int(rng() % 3000000);
+    }
+    const auto all = particles;
+    CanonicalOrder<3, float> order;
+    for (int round = 0; round < 3; ++round) {   // the second finds the blocks of the first
+      const CellRanges ranges = order.sort(particles, lattice);
+      ASSERT_EQ(ranges.begin.back(), all.size());
+      for (std::size_t b = 0; b < ranges.occupied.size(); ++b)
+        for (std::size_t c = 0; c < 64; ++c)
+          for (std::size_t p = ranges.begin[64 * b + c]; p < ranges.begin[64 * b + c + 1]; ++p) {
+            ASSERT_EQ(lattice.key(particles.cell[p]), ranges.occupied[b] * 64 + std::int64_t(c));
+            ASSERT_TRUE(p == ranges.begin[64 * b + c] || particles.id[p - 1] < particles.id[p]);
+          }
+      std::map<std::int64_t, Cell<3>> cell_of;
+      for (std::size_t p = 0; p < all.size(); ++p) cell_of[all.id[p]] = all.cell[p];
+      for (std::size_t p = 0; p < all.size(); ++p) ASSERT_EQ(particles.cell[p], cell_of.at(particles.id[p]));
+    }
+  }
+}
+
 TEST(Order, GoesByTheNearestNodeIfAsked) {
   for (const bool periodic : {false, true}) {
     const Lattice<3> lattice = lattice_of<3>(9, periodic);
