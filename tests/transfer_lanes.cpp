@@ -341,7 +341,8 @@ TEST(Order, IsOfBlocksCellsAndIds) {
     std::mt19937 rng(7);
     for (std::size_t p = 0; p < particles.size(); ++p) {
       particles.id[p] = std::int64_t(p * 7919 % 4001) * far;
-      for (int& cell : particles.cell[p]) cell = p % 3 == 0 ? cell % 2 : p % 3 == 1 ? cell : int(rng() % 3000000);
+      for (int& cell : particles.cell[p]) cell = p % 4 == 0 ? cell % 2 : p % 4 == 3 ? int(rng() % 3000000) : cell;
+      if (p % 4 == 2) particles.cell[p][1 + p / 4 % 2] += p / 4 % 2 ? 8192 * 4 : 8 * 4;   // far enough to be taken for each other, cut to ten bits
     }
     const auto all = particles;
     CanonicalOrder<3, float> order;
