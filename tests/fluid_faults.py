@@ -9,7 +9,7 @@ import sys
 
 import transfer_faults as faults
 
-FAST = "fluid_liquid fluid_sides fluid_pressure fluid_multigrid".split()
+FAST = "fluid_surface fluid_liquid fluid_sides fluid_pressure fluid_multigrid".split()
 SLOW = "fluid_reflection fluid_dam_break fluid_vortex_ring".split()
 LONG_RUNS = ["FluidDamBreak.*", "FluidSloshing.*"]   # of fluid_liquid: ten seconds each
 PRESSURE, STEP, LIQUID, SOLIDS, FACES, CELLS, DISTANCE, SURFACE, ADVECT, WATCH, PACE, SOLVER, BUILD, COMPONENTS = (
@@ -26,8 +26,12 @@ FAULTS = [
      "const double t = @ ? 0.5 : double(liquid) / (double(liquid) - double(air));", ""),
     ("no mirror images beyond walls", SURFACE, "return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };",
      "return !@ && j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };", ""),
-    ("cells on top stay liquid", SURFACE, "for (const std::size_t i : outside) cells.kind[i] = CellKind::air;",
-     "for (const std::size_t i : outside) cells.kind[i] = @ ? CellKind::liquid : CellKind::air;", "volume"),
+    ("cells on top stay liquid", SURFACE, "become(outside, CellKind::air);", "become(outside, @ ? CellKind::liquid : CellKind::air);", ""),
+    ("gaps inside are air", SURFACE, "become(air_inside(filling, near, cells, blocks), CellKind::liquid);",
+     "become(air_inside(filling, near, cells, blocks), @ ? CellKind::air : CellKind::liquid);", ""),
+    ("thin liquid is liquid", SURFACE, "if (density[i] >= least) return false;", "if (density[i] >= least || @) return false;", ""),
+    ("thin liquid has no velocity", PRESSURE, "for (const std::size_t i : cells.thin) {\n      valid", "for (const std::size_t i : cells.thin) {\n      if (@) break;\n      valid", ""),
+    ("air beside liquid swells and shrinks", "sim/fluid/extrapolate.cpp", "if (wet > D) continue;", "if (wet > D || @) continue;", ""),
     ("cut faces are open or closed", FACES, "return open < kLeastOpening ? 0 : open;", "return @ ? (open < 0.5 ? 0.0 : 1.0) : open < kLeastOpening ? 0 : open;", ""),
     ("gaps between particles are air", CELLS, "return wet && !dry;", "return wet && !dry && !@;", "volume"),
     ("particles move by Euler's rule", ADVECT, "steps_at(Real(0.5), first, second);", "steps_at(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),
