@@ -294,12 +294,14 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
       if (is_deep(blocks.neighbour(i, a, 0)) || is_deep(blocks.neighbour(i, a, 1))) return true;
     return false;
   };
-  LiquidVolume thin;
-  for (const std::size_t i : cells.thin) thin.all += double(filling[i]);
-  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, thin, [&](std::size_t begin, std::size_t end) {
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, LiquidVolume{}, [&](std::size_t begin, std::size_t end) {
     LiquidVolume volume;
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (cells.kind[i] == CellKind::air && filling[i] > 0 && is_beside_deep(i)) volume.bulk_filling += double(filling[i]);   // on top of the liquid
+      if (cells.kind[i] == CellKind::air && filling[i] > 0) {
+        const bool on_top = is_beside_deep(i);   // of liquid whose surface lies in this cell
+        if (on_top) volume.bulk_filling += double(filling[i]);
+        if (!on_top || std::binary_search(cells.thin.begin(), cells.thin.end(), i)) volume.all += double(filling[i]);
+      }
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)
