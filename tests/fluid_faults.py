@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Plants faults in a copy of the liquid, one at a time, and shows which tests notice.
 
-    tests/fluid_faults.py [BUILD_DIR]        default: build/fluid_faults
+    tests/fluid_faults.py [BUILD_DIR [NUMBER...]]        default: build/fluid_faults, all of them
 
 As tests/transfer_faults.py, whose machinery this is. What takes long runs only with the faults that are about it.
 """
@@ -9,11 +9,11 @@ import sys
 
 import transfer_faults as faults
 
-FAST = "fluid_liquid fluid_sides fluid_pressure fluid_multigrid".split()
+FAST = "fluid_surface fluid_liquid fluid_sides fluid_pressure fluid_multigrid".split()
 SLOW = "fluid_reflection fluid_dam_break fluid_vortex_ring".split()
 LONG_RUNS = ["FluidDamBreak.*", "FluidSloshing.*"]   # of fluid_liquid: ten seconds each
-PRESSURE, STEP, LIQUID, SOLIDS, FACES, CELLS, DISTANCE, ADVECT, WATCH, PACE, SOLVER, BUILD, COMPONENTS = (
-    f"sim/{name}" for name in "fluid/pressure.cpp fluid/step.cpp fluid/liquid.cpp colliders/solids.cpp fluid/open_faces.cpp fluid/cells.cpp fluid/surface_distance.h "
+PRESSURE, STEP, LIQUID, SOLIDS, FACES, CELLS, DISTANCE, SURFACE, ADVECT, WATCH, PACE, SOLVER, BUILD, COMPONENTS = (
+    f"sim/{name}" for name in "fluid/pressure.cpp fluid/step.cpp fluid/liquid.cpp colliders/solids.cpp fluid/open_faces.cpp fluid/cells.cpp fluid/surface_distance.h fluid/surface_distance.cpp "
     "fluid/advect.cpp fluid/energy_watch.h fluid/pace.h fluid/multigrid.cpp fluid/multigrid_build.cpp fluid/multigrid_components.cpp".split())
 
 # What is wrong, where, the text as it is and with the fault in it (@ is true where the fault is planted), and what of the slow tests is to see it.
@@ -24,6 +24,14 @@ FAULTS = [
     ("open sides are walls to the pressure", PRESSURE, "|| cells_.open_sides[std::size_t(a)][1]);", "|| (!@ && cells_.open_sides[std::size_t(a)][1]));", ""),
     ("the surface lies on the faces", DISTANCE, "const double t = double(liquid) / (double(liquid) - double(air));",
      "const double t = @ ? 0.5 : double(liquid) / (double(liquid) - double(air));", ""),
+    ("no mirror images beyond walls", SURFACE, "return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };",
+     "return !@ && j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };", ""),
+    ("cells on top stay liquid", SURFACE, "become(outside, CellKind::air);", "become(outside, @ ? CellKind::liquid : CellKind::air);", ""),
+    ("gaps inside are air", SURFACE, "become(air_inside(filling, near, cells, blocks), CellKind::liquid);",
+     "become(air_inside(filling, near, cells, blocks), @ ? CellKind::air : CellKind::liquid);", ""),
+    ("thin liquid is liquid", SURFACE, "if (density[i] >= least) return false;", "if (density[i] >= least || @) return false;", ""),
+    ("thin liquid has no velocity", PRESSURE, "for (const std::size_t i : cells.thin) {\n      valid", "for (const std::size_t i : cells.thin) {\n      if (@) break;\n      valid", ""),
+    ("air beside liquid swells and shrinks", "sim/fluid/extrapolate.cpp", "if (wet > D) continue;", "if (wet > D || @) continue;", ""),
     ("cut faces are open or closed", FACES, "return open < kLeastOpening ? 0 : open;", "return @ ? (open < 0.5 ? 0.0 : 1.0) : open < kLeastOpening ? 0 : open;", ""),
     ("gaps between particles are air", CELLS, "return wet && !dry;", "return wet && !dry && !@;", "volume"),
     ("particles move by Euler's rule", ADVECT, "steps_at(Real(0.5), first, second);", "steps_at(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),

@@ -190,7 +190,7 @@ PoissonCell tile_without_liquid(const Cell<D>& tile, const LiquidCells<D>& cells
   return active ? PoissonCell::solid : PoissonCell::air;
 }
 
-/// Closed faces get the solid's velocity, or 0 where nothing moves. A face is valid when liquid touches it.
+/// Closed faces get the solid's velocity, or 0 where nothing moves. A face is valid when liquid touches it, thin liquid too.
 template <int D, class Real>
 void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
@@ -205,6 +205,10 @@ void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells,
         }
       }
     });
+    for (const std::size_t i : cells.thin) {
+      valid[a][i] = 1;
+      if (const std::ptrdiff_t above = blocks.neighbour(i, a, 1); above >= 0) valid[a][std::size_t(above)] = 1;
+    }
   }
 }
 
@@ -293,7 +297,11 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
   return base::ordered_reduce(blocks.count(), kBlocksAtOnce, LiquidVolume{}, [&](std::size_t begin, std::size_t end) {
     LiquidVolume volume;
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (cells.kind[i] == CellKind::air && filling[i] > 0 && is_beside_deep(i)) volume.bulk_filling += double(filling[i]);   // on top of the liquid
+      if (cells.kind[i] == CellKind::air && filling[i] > 0) {
+        const bool on_top = is_beside_deep(i);   // of liquid whose surface lies in this cell
+        if (on_top) volume.bulk_filling += double(filling[i]);
+        if (!on_top || std::binary_search(cells.thin.begin(), cells.thin.end(), i)) volume.all += double(filling[i]);
+      }
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)

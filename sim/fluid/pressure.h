@@ -47,7 +47,8 @@ class Projection {
 };
 
 /// What the liquid fills [cells]: its cells, less or more where the surface is nearer or farther than the face to the air. Where there are
-/// several such faces each counts by the square of the distance's slope across it. Parts of cells that colliders cover do not count.
+/// several such faces each counts by the square of the distance's slope across it. Parts of cells that colliders cover do not count,
+/// and thin liquid and what lies in air cells away from deep liquid by its particles.
 struct LiquidVolume {
   double all = 0;
   double bulk = 0, bulk_filling = 0;   // of the cells that are deep in the liquid or beside such a cell, without drops, sheets and cells that a collider cuts; and what was seeded of it

@@ -56,7 +56,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
     cells_.open.update(solids_, blocks_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
     filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
-    if (free_surface_) find_surface(grid_.mass, double(options_.particles_per_cell), cells_, blocks_);
+    if (free_surface_) find_surface(grid_.mass, filling_, double(options_.particles_per_cell), cells_, blocks_);
   }
   // Faces that no particle reached take their neighbours' velocity; FLIP needs the field as deep as the one it will be compared with.
   {
@@ -140,6 +140,7 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
   {
     const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
+    if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", grid_.velocity, ledger);
   {
@@ -183,6 +184,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     const auto pass = ledger.pass("extrapolate", 4 * grid_bytes());
     extrapolate(reflected_, valid_, blocks_, layers());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
+    if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", reflected_, ledger);
   {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.h"
 
@@ -12,6 +13,8 @@ namespace {
 constexpr float kBeside = 1e-3f;
 /// And the farthest; 1 is what cells away from it have.
 constexpr float kWithin = 0.999f;
+/// How many standard deviations, of particles that lie at random, below its seeding liquid counts as thin.
+constexpr double kThinDeviations = 2.3;
 constexpr std::size_t kBlocksAtOnce = 64;
 
 template <int D>
@@ -136,27 +139,74 @@ float distance_of(std::size_t i, const std::vector<float>& filling, const std::v
   return float(1 - 2 * mean_filling<D>(places_around<D>(i, blocks), filling, kind));
 }
 
-/// Distances from the surface that `kind` and `filling` give.
+/// Whether a cell of another kind, liquid or air, is beside a cell that is either.
+template <int D>
+bool meets_other(std::size_t i, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  for (int a = 0; a < D; ++a)
+    for (const int side : {0, 1}) {
+      const CellKind other = value_at(kind, blocks.neighbour(i, a, side), kind[i]);
+      if (other != kind[i] && other != CellKind::solid) return true;
+    }
+  return false;
+}
+
+/// A cell's distance from the surface that `kind` and `filling` give.
+template <int D>
+float distance_at(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  if (kind[i] == CellKind::solid) return 0;
+  const bool wet = kind[i] == CellKind::liquid;
+  if (!meets_other(i, kind, blocks)) return wet ? -1.0f : 1.0f;
+  const float far = distance_of(i, filling, kind, blocks);
+  return wet ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
+}
+
 template <int D>
 void set_distances(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  const std::vector<CellKind>& kind = cells.kind;
-  std::vector<float>& distance = cells.distance;
-  distance.resize(blocks.size());
+  cells.distance.resize(blocks.size());
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      distance[i] = kind[i] == CellKind::liquid ? -1.0f : kind[i] == CellKind::air ? 1.0f : 0.0f;
-      if (!near[i / per_block] || kind[i] == CellKind::solid) continue;
-      bool meets = false;
-      for (int a = 0; a < D; ++a)
-        for (const int side : {0, 1}) {
-          const CellKind other = value_at(kind, blocks.neighbour(i, a, side), kind[i]);
-          meets = meets || (other != kind[i] && other != CellKind::solid);
-        }
-      if (!meets) continue;
-      const float far = distance_of(i, filling, kind, blocks);
-      distance[i] = kind[i] == CellKind::liquid ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
+      const CellKind kind = cells.kind[i];
+      if (near[i / per_block]) cells.distance[i] = distance_at(i, filling, cells.kind, blocks);
+      else cells.distance[i] = kind == CellKind::liquid ? -1.0f : kind == CellKind::air ? 1.0f : 0.0f;
     }
+  });
+}
+
+/// The cells of blocks near the surface that are wanted, ascending.
+template <int D, class Wanted>
+std::vector<std::size_t> cells_near(const std::vector<std::uint8_t>& near, const Wanted& is_wanted) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  using Cells = std::vector<std::size_t>;
+  return base::ordered_reduce(near.size(), kBlocksAtOnce, Cells{}, [&](std::size_t begin, std::size_t end) {
+    Cells found;
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
+      if (near[i / per_block] && is_wanted(i)) found.push_back(i);
+    return found;
+  }, [](Cells all, const Cells& part) {
+    all.insert(all.end(), part.begin(), part.end());
+    return all;
+  });
+}
+
+/// Whether a collider cuts a cell's faces.
+template <int D>
+bool is_cut(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const auto is_part = [](float w) { return w > 0 && w < 1; };
+  for (int a = 0; a < D; ++a) {
+    const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
+    if (is_part(cells.open(a, i)) || (above >= 0 && is_part(cells.open(a, std::size_t(above))))) return true;
+  }
+  return false;
+}
+
+/// Air cells that the average puts inside: gaps between particles. Of what a collider cuts it is not exact.
+template <int D>
+std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
+                                    const ActiveBlocks<D>& blocks) {
+  return cells_near<D>(near, [&](std::size_t i) {
+    return cells.kind[i] == CellKind::air && meets_other(i, cells.kind, blocks) && distance_of(i, filling, cells.kind, blocks) < -kBeside &&
+           !is_cut(i, cells, blocks);
   });
 }
 
@@ -164,27 +214,55 @@ void set_distances(const std::vector<float>& filling, const std::vector<std::uin
 template <int D>
 std::vector<std::size_t> liquid_outside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
                                         const ActiveBlocks<D>& blocks) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   // The least filling of a cell that counts as inside: less is spray. No value that regular particles give, lest rounding decide.
   constexpr float kInside = 0.45f;
-  using Cells = std::vector<std::size_t>;
-  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, Cells{}, [&](std::size_t begin, std::size_t end) {
-    Cells found;
+  return cells_near<D>(near, [&](std::size_t i) {
+    if (cells.kind[i] != CellKind::liquid || cells.distance[i] < -kBeside) return false;
+    bool on_liquid = false;
+    for (int a = 0; a < D && !on_liquid; ++a)
+      for (const int side : {0, 1}) {
+        const std::ptrdiff_t j = blocks.neighbour(i, a, side);
+        on_liquid = on_liquid || (j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid && cells.distance[std::size_t(j)] < -kBeside &&
+                                  filling[std::size_t(j)] > kInside);
+      }
+    return on_liquid && distance_of(i, filling, cells.kind, blocks) > kBeside;
+  });
+}
+
+/// Liquid cells in and beside which the liquid is thinner than chance makes it. How thin it is in a cell the particles of the liquid cells around say,
+/// with weights 1, 2, 1 along each axis.
+template <int D>
+std::vector<std::size_t> thin_liquid(const std::vector<float>& count, double full, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
+                                     const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  constexpr double kSquares = 0.375;   // the sum of the squared weights along an axis
+  const auto least = float(1 - kThinDeviations * std::sqrt(std::pow(kSquares, D) / full));
+  if (least <= 0) return {};
+  const auto is_liquid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid; };
+  std::vector<float> density(blocks.size(), 1.0f);
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || cells.distance[i] < -kBeside) continue;
-      bool on_liquid = false;
-      for (int a = 0; a < D && !on_liquid; ++a)
-        for (const int side : {0, 1}) {
-          const std::ptrdiff_t j = blocks.neighbour(i, a, side);
-          on_liquid = on_liquid || (j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid && cells.distance[std::size_t(j)] < -kBeside &&
-                                    filling[std::size_t(j)] > kInside);
-        }
-      if (on_liquid && distance_of(i, filling, cells.kind, blocks) > kBeside) found.push_back(i);
+      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || is_cut(i, cells, blocks)) continue;
+      const auto places = places_around<D>(i, blocks);
+      int weights = 0;
+      float sum = 0;
+      for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
+        const std::ptrdiff_t at = places[std::size_t(n)];
+        if (!is_liquid(at)) continue;
+        int weight = 1;
+        for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight *= rest % 3 == 1 ? 2 : 1;
+        sum += float(weight) * count[std::size_t(at)];
+        weights += weight;
+      }
+      density[i] = sum / float(weights);
     }
-    return found;
-  }, [](Cells all, const Cells& part) {
-    all.insert(all.end(), part.begin(), part.end());
-    return all;
+  });
+  return cells_near<D>(near, [&](std::size_t i) {
+    if (density[i] >= least) return false;
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1})
+        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); is_liquid(j) && density[std::size_t(j)] >= least) return false;
+    return true;
   });
 }
 
@@ -208,12 +286,6 @@ template <int D>
 std::vector<float> excess_filling(const std::vector<float>& filling, double aim, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   std::vector<float> excess(blocks.size());
-  const auto is_cut = [&](std::size_t i) {
-    if (cells.open.is_open(i / per_block)) return false;
-    for (int a = 0; a < D; ++a)
-      if (const float w = cells.open(a, i); w > 0 && w < 1) return true;
-    return false;
-  };
   const auto meets_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air || (!cells.distance.empty() && std::abs(cells.distance[i]) < 1); };
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
@@ -221,7 +293,7 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
       const auto places = places_around<D>(i, blocks);
       const bool inside = std::all_of(places.begin(), places.end(), [&](std::ptrdiff_t at) {
         const auto near = std::size_t(at);
-        return at >= 0 && (cells.kind[near] == CellKind::solid || (!meets_air(near) && !is_cut(near)));
+        return at >= 0 && (cells.kind[near] == CellKind::solid || (!meets_air(near) && !is_cut(near, cells, blocks)));
       });
       if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - aim, -kMostExcess, kMostExcess));
     }
@@ -230,19 +302,34 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
 }
 
 template <int D, class Real>
-void find_surface(const FaceField<D, Real>& mass, double full, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& count, double full, LiquidCells<D>& cells,
+                  const ActiveBlocks<D>& blocks) {
   const std::vector<std::uint8_t> near = blocks_near_surface(cells.kind, blocks);
   const std::vector<float> filling = face_filling(mass, full, cells, near, blocks);
+  const auto become = [&](const std::vector<std::size_t>& changed, CellKind kind) {
+    for (const std::size_t i : changed) cells.kind[i] = kind;
+  };
+  become(air_inside(filling, near, cells, blocks), CellKind::liquid);
   set_distances(filling, near, cells, blocks);
   const std::vector<std::size_t> outside = liquid_outside(filling, near, cells, blocks);
-  for (const std::size_t i : outside) cells.kind[i] = CellKind::air;
-  if (!outside.empty()) set_distances(filling, near, cells, blocks);
+  become(outside, CellKind::air);
+  cells.thin = thin_liquid(count, full, near, cells, blocks);
+  become(cells.thin, CellKind::air);
+  // The average knows no kind but solid: the only distances that change are theirs and their neighbours'.
+  for (const std::vector<std::size_t>* changed : {&outside, &std::as_const(cells.thin)})
+    for (const std::size_t i : *changed) {
+      cells.distance[i] = distance_at(i, filling, cells.kind, blocks);
+      for (int a = 0; a < D; ++a)
+        for (const int side : {0, 1})
+          if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0)
+            cells.distance[std::size_t(j)] = distance_at(std::size_t(j), filling, cells.kind, blocks);
+    }
 }
 
-template void find_surface(const FaceField<2, float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
-template void find_surface(const FaceField<2, double>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
-template void find_surface(const FaceField<3, float>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
-template void find_surface(const FaceField<3, double>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
+template void find_surface(const FaceField<2, float>&, const std::vector<float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
+template void find_surface(const FaceField<2, double>&, const std::vector<float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
+template void find_surface(const FaceField<3, float>&, const std::vector<float>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
+template void find_surface(const FaceField<3, double>&, const std::vector<float>&, double, LiquidCells<3>&, const ActiveBlocks<3>&);
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<2>&, double);
 template std::vector<float> excess_filling(const std::vector<float>&, double, const LiquidCells<2>&, const ActiveBlocks<2>&);
 template std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<3>&, double);

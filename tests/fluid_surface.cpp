@@ -1,0 +1,120 @@
+// Which cells the surface makes liquid, and the field that it leaves beside them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/fluid/pressure.h"
+#include "sim/transfer/order.h"
+
+namespace sim {
+namespace {
+
+/// A square tank of 24 cells an edge with water up to the middle, four particles a cell in rows; `particles_in` says how many of them a cell has.
+class Pool {
+ public:
+  static constexpr int kCells = 24, kLevel = 12, kFull = 4;
+  template <class ParticlesIn>
+  explicit Pool(const ParticlesIn& particles_in) : lattice_({kCells, kCells}), solids_(Scene{}, lattice_), blocks(ActiveBlocks<2>::whole(lattice_)) {
+    Particles<2, double> particles;
+    for (int i = 0; i < kCells; ++i)
+      for (int j = 0; j < kCells; ++j)
+        for (int n = 0; n < particles_in(i, j); ++n) {
+          particles.cell.push_back({i, j});
+          particles.offset.push_back({n % 2 ? 0.75 : 0.25, n / 2 ? 0.75 : 0.25});
+          particles.id.push_back(std::int64_t(particles.id.size()));
+        }
+    particles.mass = 1;
+    particles.coefficients.assign(2 * particles.size(), 0.0);
+    const CellRanges ranges = CanonicalOrder<2, double>().sort(particles, lattice_, Home::cell);
+    const MacTransfer<2, double> transfer(Kernel::linear, mode_set<2>(Transfer::pic, Kernel::linear, {}));
+    transfer.scatter(particles, ranges, blocks, grid_);
+    cells.open.update(solids_, blocks);
+    cells.kind = classified = classify_cells(ranges, blocks, solids_, cells.open, true);
+    find_surface(grid_.mass, cell_filling(ranges, blocks, kFull), kFull, cells, blocks);
+  }
+  static int level(int, int j) { return j < kLevel ? kFull : 0; }
+  std::size_t at(int i, int j) const { return std::size_t(blocks.index({i, j})); }
+  bool is_liquid(int i, int j) const { return cells.kind[at(i, j)] == CellKind::liquid; }
+  bool is_thin(int i, int j) const { return std::count(cells.thin.begin(), cells.thin.end(), at(i, j)) == 1; }
+
+ private:
+  Lattice<2> lattice_;
+  Solids<2> solids_;
+  MacVelocity<2, double> grid_;
+
+ public:
+  ActiveBlocks<2> blocks;
+  LiquidCells<2> cells;
+  std::vector<CellKind> classified;   // before the surface had a say
+};
+
+FaceField<2, double> noise(const ActiveBlocks<2>& blocks) {
+  FaceField<2, double> v;
+  std::uint64_t state = 1;
+  for (auto& component : v) {
+    component.resize(blocks.size());
+    for (double& value : component) value = double((state = state * 6364136223846793005u + 1442695040888963407u) >> 40) / (1 << 23) - 1;
+  }
+  return v;
+}
+
+TEST(FluidSurface, AGapBetweenParticlesIsLiquidAndABubbleIsNot) {
+  const auto is_gap = [](int i, int j) { return j == 5 && (i == 8 || i == 9); };
+  const auto is_bubble = [](int i, int j) { return i >= 14 && i < 19 && j >= 3 && j < 8; };
+  const Pool pool([&](int i, int j) { return is_gap(i, j) || is_bubble(i, j) ? 0 : Pool::level(i, j); });
+  ASSERT_EQ(pool.classified[pool.at(8, 5)], CellKind::air);
+  EXPECT_TRUE(pool.is_liquid(8, 5) && pool.is_liquid(9, 5));
+  EXPECT_EQ(pool.cells.distance[pool.at(9, 5)], -1);
+  EXPECT_FALSE(pool.is_liquid(16, 5) || pool.is_liquid(15, 4) || pool.is_liquid(3, Pool::kLevel));
+}
+
+TEST(FluidSurface, FewParticlesAreThinLiquidAndAFullDropIsNot) {
+  const auto is_foam = [](int i, int j) { return i >= 8 && i < 15 && j >= 5 && j < Pool::kLevel; };
+  const Pool pool([&](int i, int j) { return is_foam(i, j) || (i == 4 && j == 20) ? 1 : i == 18 && j == 20 ? Pool::kFull : Pool::level(i, j); });
+  ASSERT_EQ(pool.classified[pool.at(11, 9)], CellKind::liquid);
+  EXPECT_TRUE(pool.is_thin(11, 9) && pool.is_thin(10, 10) && pool.is_thin(4, 20));
+  EXPECT_FALSE(pool.is_liquid(11, 9) || pool.is_liquid(4, 20));
+  EXPECT_TRUE(pool.is_liquid(18, 20) && pool.is_liquid(11, 1) && pool.is_liquid(2, 9) && pool.is_liquid(7, 9));
+  EXPECT_EQ(pool.cells.distance[pool.at(11, 10)], 1);
+}
+
+// What is in it flies: its faces are valid, and no pressure changes those between two of its cells.
+TEST(FluidSurface, ThinLiquidKeepsItsVelocity) {
+  const Pool pool([](int i, int j) { return i >= 8 && i < 15 && j >= 5 && j < Pool::kLevel ? 1 : Pool::level(i, j); });
+  const FaceField<2, double> before = noise(pool.blocks);
+  FaceField<2, double> v = before;
+  FaceMask<2> valid;
+  const PressureReport report = Projection<2>().project(v, pool.cells, pool.blocks, 1e-10, valid);
+  EXPECT_LE(report.max_divergence, 1e-7);
+  for (std::size_t a = 0; a < 2; ++a) {
+    EXPECT_EQ(valid[a][pool.at(11, 10)], 1);
+    EXPECT_EQ(v[a][pool.at(11, 10)], before[a][pool.at(11, 10)]);
+    EXPECT_NE(v[a][pool.at(4, 6)], before[a][pool.at(4, 6)]);
+  }
+}
+
+TEST(FluidSurface, AirBesideLiquidHasNoOutflowEither) {
+  const Pool pool([](int i, int j) { return j == Pool::kLevel && i > 5 && i < 12 ? Pool::kFull : Pool::level(i, j); });   // with a step in it
+  FaceField<2, double> v = noise(pool.blocks);
+  FaceMask<2> valid;
+  Projection<2>().project(v, pool.cells, pool.blocks, 1e-10, valid);
+  extrapolate(v, valid, pool.blocks, 4);
+  const FaceField<2, double> before = v;
+  carry_on_outflow(v, valid, pool.cells, pool.blocks);
+  const auto outflow = [&](const FaceField<2, double>& f, int i, int j) {
+    return f[0][pool.at(i + 1, j)] - f[0][pool.at(i, j)] + f[1][pool.at(i, j + 1)] - f[1][pool.at(i, j)];
+  };
+  double most = 0;
+  for (int i = 1; i < Pool::kCells - 1; ++i) {
+    const int j = Pool::kLevel + int(i > 5 && i < 12);
+    ASSERT_FALSE(pool.is_liquid(i, j));
+    EXPECT_NEAR(outflow(v, i, j), 0, 1e-12) << i;
+    most = std::max(most, std::abs(outflow(before, i, j)));
+  }
+  EXPECT_GT(most, 0.1);
+  for (std::size_t a = 0; a < 2; ++a)   // nothing else has changed
+    for (std::size_t i = 0; i < pool.blocks.size(); ++i) EXPECT_TRUE(!valid[a][i] || v[a][i] == before[a][i]);
+}
+
+}  // namespace
+}  // namespace sim
