@@ -85,7 +85,7 @@ TEST(FluidStillWater, ComesToRestWithParticlesAtRandomAndItsLevelAnywhereInACell
       most = std::max(most, history[f].max_speed);
     }
     const double wave = std::sqrt(9.81 * level);
-    EXPECT_LE(std::sqrt(square), (rung.splitting == Splitting::lie ? 0.0125 : 0.0145) * wave) << rung.name;
+    EXPECT_LE(std::sqrt(square), 0.0125 * wave) << rung.name;
     EXPECT_LE(most, (rung.splitting == Splitting::lie ? 0.15 : 0.35) * wave) << rung.name;
     EXPECT_NEAR(history.back().volume_drift.value(), 0, 3e-3) << rung.name;   // a tenth of a cell
   }

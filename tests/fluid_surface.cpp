@@ -93,28 +93,5 @@ TEST(FluidSurface, ThinLiquidKeepsItsVelocity) {
   }
 }
 
-TEST(FluidSurface, AirBesideLiquidHasNoOutflowEither) {
-  const Pool pool([](int i, int j) { return j == Pool::kLevel && i > 5 && i < 12 ? Pool::kFull : Pool::level(i, j); });   // with a step in it
-  FaceField<2, double> v = noise(pool.blocks);
-  FaceMask<2> valid;
-  Projection<2>().project(v, pool.cells, pool.blocks, 1e-10, valid);
-  extrapolate(v, valid, pool.blocks, 4);
-  const FaceField<2, double> before = v;
-  carry_on_outflow(v, valid, pool.cells, pool.blocks);
-  const auto outflow = [&](const FaceField<2, double>& f, int i, int j) {
-    return f[0][pool.at(i + 1, j)] - f[0][pool.at(i, j)] + f[1][pool.at(i, j + 1)] - f[1][pool.at(i, j)];
-  };
-  double most = 0;
-  for (int i = 1; i < Pool::kCells - 1; ++i) {
-    const int j = Pool::kLevel + int(i > 5 && i < 12);
-    ASSERT_FALSE(pool.is_liquid(i, j));
-    EXPECT_NEAR(outflow(v, i, j), 0, 1e-12) << i;
-    most = std::max(most, std::abs(outflow(before, i, j)));
-  }
-  EXPECT_GT(most, 0.1);
-  for (std::size_t a = 0; a < 2; ++a)   // nothing else has changed
-    for (std::size_t i = 0; i < pool.blocks.size(); ++i) EXPECT_TRUE(!valid[a][i] || v[a][i] == before[a][i]);
-}
-
 }  // namespace
 }  // namespace sim

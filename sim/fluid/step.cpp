@@ -140,7 +140,6 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
   {
     const auto pass = ledger.pass("extrapolate", 2 * grid_bytes());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
-    if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", grid_.velocity, ledger);
   {
@@ -184,7 +183,6 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     const auto pass = ledger.pass("extrapolate", 4 * grid_bytes());
     extrapolate(reflected_, valid_, blocks_, layers());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
-    if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", reflected_, ledger);
   {
