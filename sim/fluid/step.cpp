@@ -145,7 +145,7 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
     if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
-    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, nullptr, shift_after(particles, ledger));
+    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, shift_after(particles, ledger));
   }
   audit("g2p", particles, ledger);
 }
@@ -187,7 +187,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
   audit("extrapolate", reflected_, ledger);
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles, nullptr, shift_after(particles, ledger));
+    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles, shift_after(particles, ledger));
   }
   audit("g2p", particles, ledger);
 }

@@ -326,7 +326,7 @@ class RowsPastCaches {
   int held_, skipped_;                                            // numbers; of the first line those that are another block's
 };
 
-template <class S, bool gradient, class Rows>
+template <class S, class Rows>
 HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTerms<S>& terms, BlockTerms<S>* before, Rows& rows) {
   constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
   for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
@@ -334,44 +334,32 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
     if (before) before->make_slab(slab);
     for_batches(block, slab * slab_cells, (slab + 1) * slab_cells, [&](std::uint32_t p, int size, int cell) {
       float spare[3 * S::count + 4];
-      HWY_ALIGN float scratch[gradient ? 12 * kLanes : kLanes];
       prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, rows.begin(p), spare);
-      gather_batch<S, gradient>(batch, cell % slab_cells, terms, before, g.keep, scratch);
+      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, nullptr);
       rows.end(size);
-      if constexpr (gradient)
-        for (int lane = 0; lane < size; ++lane)
-          for (int k = 0; k < 9; ++k) g.gradient[9 * (std::size_t(p) + std::size_t(lane)) + std::size_t(k)] = scratch[k * kLanes + lane];
     });
   }
   rows.finish();
 }
 
-template <class S, bool gradient>
-HWY_INLINE void gather_some(const Block& block, const Gathering& g) {
+template <class S>
+void gather_block(const Block& block, const Gathering& g) {
   BlockTerms<S> terms(g.tile);
   if constexpr (S::count == 27) {
     if (block.streams) {
       RowsPastCaches<S> rows(block);
-      return gather_particles<S, gradient>(block, g, terms, nullptr, rows);
+      return gather_particles<S>(block, g, terms, nullptr, rows);
     }
   }
   RowsInPlace<S> rows(block);
   if constexpr (S::count == 1) {
     if (g.before) {
       BlockTerms<S> before(g.before);
-      return gather_particles<S, gradient>(block, g, terms, &before, rows);
+      return gather_particles<S>(block, g, terms, &before, rows);
     }
   }
-  gather_particles<S, gradient>(block, g, terms, nullptr, rows);
-}
-
-template <class S>
-void gather_block(const Block& block, const Gathering& g) {
-  if constexpr (!S::faces && S::n == 3) {
-    if (g.gradient) return gather_some<S, true>(block, g);
-  }
-  gather_some<S, false>(block, g);
+  gather_particles<S>(block, g, terms, nullptr, rows);
 }
 
 }  // namespace sim::lanes::HWY_NAMESPACE

@@ -33,10 +33,6 @@ struct Departure {
   std::vector<Vec<D, Real>> offset;
 };
 
-/// dv/dx of the interpolated velocity at each particle, in the order they are stored [m/s a cell]: row = component, column = axis.
-template <int D, class Real>
-using Gradients = std::vector<Eigen::Matrix<Real, D, D, Eigen::RowMajor>>;
-
 /// fast: by vectors where lanes.h has a path for the set, plain elsewhere. plain: node by node, the reference.
 enum class Path { fast, plain };
 
@@ -62,12 +58,11 @@ class GridTransfer {
   /// G2P: coefficients from grid velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
   /// Particles in any order, one at a time.
   void gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
-  /// The same for particles in canonical order, by the fast path if there is one. On nodes with the quadratic kernel `gradients` (if given) gets
-  /// those of the velocity. `after` (if given) is called with the number of a block in `ranges.occupied` as soon as its particles are gathered, their
+  /// The same for particles in canonical order, by the fast path if there is one. `after` (if given) is called with the number of a block in `ranges.occupied` as soon as its particles are gathered, their
   /// data still in the cache, and may change these; several blocks may be under way.
   using After = std::function<void(std::size_t block)>;
   void gather(const CellRanges&, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&,
-              Gradients<D, Real>* gradients = nullptr, const After& after = {}) const;
+              const After& after = {}) const;
   /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from
   /// `from` (Carry::limited), or only where the stencil at `from` has a node lighter than kLightNode in `mass`, that step's (Carry::hybrid).
   /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled. Particles must
@@ -95,7 +90,7 @@ class GridTransfer {
 
  private:
   void gather_plainly(const ActiveBlocks<D>&, const Field& velocity, const Field* before, const GatherRule&, std::size_t begin, std::size_t end,
-                      Particles<D, Real>&, Gradients<D, Real>* gradients) const;
+                      Particles<D, Real>&) const;
 
   Kernel kernel_;
   std::vector<ModeIndex<D>> modes_;

@@ -170,7 +170,7 @@ typename Layout::Real read(const typename Layout::Field& field, int component, s
 template <class Layout, int n>
 void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b, const ActiveBlocks<Layout::kDimension>& blocks,
                   const typename Layout::Field& velocity, const typename Layout::Field* before, const GatherRule& rule,
-                  Particles<Layout::kDimension, typename Layout::Real>& particles, Gradients<Layout::kDimension, typename Layout::Real>* gradients, bool streams) {
+                  Particles<Layout::kDimension, typename Layout::Real>& particles, bool streams) {
   using Real = typename Layout::Real;
   constexpr int D = Layout::kDimension, kTile = Lattice<D>::kBlock + n;
   if constexpr (std::is_same_v<Real, float>) {
@@ -183,19 +183,10 @@ void gather_block(lanes::Gather kernel, const CellRanges& ranges, std::size_t b,
       load_tile<Layout, kTile>(blocks, block, *before, then.data());
       g.before = then.data();
     }
-    if (gradients) g.gradient = gradients->front().data();
     lanes::Block own = lanes_of(ranges, b, particles, particles.coefficients.data());
     own.streams = streams;
     kernel(own, g);
   }
-}
-
-/// dv/dx along an axis from the coefficients of all modes: the kernel's derivative is dual[w] - x (1 - 4 x^2) dual[g].
-template <int D, class Real>
-Real slope(const Stencil<QuadraticBasis<Real>, D>& stencil, const Tensor<Real, 3, D>& coefficients, int axis) {
-  const Real x = stencil[axis].x;
-  const std::size_t step = std::size_t(int_power(3, D - 1 - axis));
-  return coefficients[step] - x * ((1 - 2 * x) * (1 + 2 * x)) * coefficients[2 * step];
 }
 
 /// Momenta become velocities; what is too light becomes 0 and is counted where a particle reached it.
@@ -262,33 +253,31 @@ void GridTransfer<Layout>::gather(const ActiveBlocks<D>& blocks, const Field& ve
   if (rule.flip) particles.settle();
   particles.rows.clear();
   base::parallel_chunks(particles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    gather_plainly(blocks, velocity, before, rule, begin, end, particles, nullptr);
+    gather_plainly(blocks, velocity, before, rule, begin, end, particles);
   });
 }
 
 template <class Layout>
 void GridTransfer<Layout>::gather(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before,
-                                  const GatherRule& rule, Particles<D, Real>& particles, Gradients<D, Real>* gradients, const After& after) const {
+                                  const GatherRule& rule, Particles<D, Real>& particles, const After& after) const {
   assert(!rule.flip || before);
-  assert(!gradients || home() == Home::nearest_node);
   constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
   if (rule.flip) particles.settle();
   particles.rows.clear();
-  if (gradients) gradients->resize(particles.size());
   const bool fast = is_fast() && ranges.home == home();
   const bool streams = !after && particles.coefficients.size() * sizeof(Real) > lanes::kStreamedBytes;
   base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
     const std::size_t begin = ranges.begin[b * per_block], end = ranges.begin[(b + 1) * per_block];
-    if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles, gradients);
-    else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients, streams);
-    else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, gradients, streams);
+    if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles);
+    else if (kernel_ == Kernel::linear) gather_block<Layout, 2>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, streams);
+    else gather_block<Layout, 3>(kernels_.gather, ranges, b, blocks, velocity, before, rule, particles, streams);
     if (after) after(b);
   });
 }
 
 template <class Layout>
 void GridTransfer<Layout>::gather_plainly(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule& rule,
-                                          std::size_t begin, std::size_t end, Particles<D, Real>& particles, Gradients<D, Real>* gradients) const {
+                                          std::size_t begin, std::size_t end, Particles<D, Real>& particles) const {
   with_basis<Real>(kernel_, [&](auto basis) {
     using Basis = decltype(basis);
     constexpr int n = Basis::kNodes;
@@ -310,13 +299,10 @@ void GridTransfer<Layout>::gather_plainly(const ActiveBlocks<D>& blocks, const F
               then += w[node] * read<Layout>(*before, component, at[node]);
             }
             c[0] = now + Real(rule.keep) * (c[0] - then);
-            if (!gradients) continue;
+            continue;
           }
           analyse<D>(stencil, value);
-          for (std::size_t r = 0; r < place_.size() && !rule.flip; ++r) c[r] = value[place_[r]];
-          if constexpr (n == 3)
-            if (gradients)
-              for (int a = 0; a < D; ++a) (*gradients)[p](component, a) = slope<D>(stencil, value, a);
+          for (std::size_t r = 0; r < place_.size(); ++r) c[r] = value[place_[r]];
         }
       }
     }

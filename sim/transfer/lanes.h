@@ -31,7 +31,6 @@ struct Gathering {
   const float* tile = nullptr;            // velocity x, y, z, kTile^3 numbers each
   const float* before = nullptr;          // the same of the field before forces: FLIP, else null
   float keep = 0;                         // FLIP's
-  float* gradient = nullptr;              // of all particles, nine each (row-major: component, axis) [m/s a cell]; null: not asked
 };
 using Gather = void (*)(const Block&, const Gathering&);
 
@@ -60,12 +59,13 @@ struct Kernels {
   Gather gather = nullptr;
 };
 
-/// For this processor; null where there is no fast path for the set. The gradient is that of the quadratic kernel's interpolation on nodes.
+/// For this processor; null where there is no fast path for the set.
 Kernels faces_quadratic(int modes);
 Kernels faces_linear(int modes);
 Kernels nodes_quadratic(int modes);
 Kernels nodes_linear(int modes);
-/// Those of nodes_quadratic for solids: with the impulse of stress added to the momenta, with velocity and gradient handed out.
+/// Those of nodes_quadratic for solids: with the impulse of stress added to the momenta, with the velocity and its gradient, that of the kernel's
+/// interpolation, handed out.
 MovingKernels nodes_quadratic_of_solids(int modes);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
