@@ -12,7 +12,8 @@ struct Size {
 /// Looks at most at some millions of places: of a larger scene at a coarser pattern, which is off by a share of a body's surface.
 Size size_of(const Scene&);
 
-/// Steps from one frame to the next while the fastest particle gets from `before` to `after` [m/s]; of solids, in which sound goes as fast as at rest:
+/// Steps from one frame to the next while the fastest particle gets from `before` to `after` [m/s]; of solids, in which sound goes as fast as at
+/// rest:
 /// what is pressed or hardened needs more.
 double steps_in_frame(const Scene&, double fps, double before, double after);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <random>
 
@@ -158,24 +159,24 @@ TEST(Lanes, FastEqualsPlainOnBlocksAroundParticlesOnly) {
   expect_equal_to_round_off(outcome(fast, blocks, field, false, particles), outcome(plain, blocks, field, false, particles), 27);
 }
 
-// 27 modes of more particles than caches hold leave past these, in whole lines: none of a neighbour's rows may be touched, whichever block comes first.
-TEST(Lanes, RowsPastTheCachesAreTheSame) {
-  using Layout = FaceLayout<3, float>;
+// 27 modes of more particles than caches hold leave past these, in whole lines: none of a neighbour's rows may be touched, whichever block comes
+// first.
+template <class Layout>
+void expect_rows_past_caches(const std::function<void(const lanes::Block&, const float* nodes)>& gather, Home home) {
   constexpr int tile = Lattice<3>::kBlock + 3;
   const Lattice<3> lattice = lattice_of<3>(9);
   const auto blocks = ActiveBlocks<3>::whole(lattice);
   const auto field = random_field<Layout>(blocks, 5);
   auto particles = random_particles<3, float>(lattice, 3000, 27, 17);
-  const CellRanges ranges = CanonicalOrder<3, float>().sort(particles, lattice);
-  const lanes::Kernels kernels = lanes::faces_quadratic(27);
+  const CellRanges ranges = CanonicalOrder<3, float>().sort(particles, lattice, home);
   const auto gathered = [&](bool streams, bool backwards) {
     std::vector<float> rows(particles.coefficients.size() + 5, 7);   // not at the beginning of a line
     for (std::size_t k = 0; k < ranges.occupied.size(); ++k) {
       const std::size_t b = backwards ? ranges.occupied.size() - 1 - k : k;
       std::array<float, 3 * tile * tile * tile> nodes{};
       load_tile<Layout, tile>(blocks, lattice.block_at(ranges.occupied[b]), field, nodes.data());
-      kernels.gather({.begin = &ranges.begin[b * Lattice<3>::kCellsPerBlock], .offset = particles.offset.front().data(), .coefficients = rows.data() + 5,
-                      .streams = streams}, {.tile = nodes.data()});
+      gather({.begin = &ranges.begin[b * Lattice<3>::kCellsPerBlock], .offset = particles.offset.front().data(), .coefficients = rows.data() + 5,
+              .streams = streams}, nodes.data());
     }
     return rows;
   };
@@ -183,6 +184,18 @@ TEST(Lanes, RowsPastTheCachesAreTheSame) {
   EXPECT_EQ(std::count(expected.begin(), expected.end(), 7.0f), 5);
   EXPECT_EQ(gathered(true, false), expected);
   EXPECT_EQ(gathered(true, true), expected);
+}
+
+TEST(Lanes, RowsPastTheCachesAreTheSame) {
+  const auto plain = [](const lanes::Kernels& kernels) {
+    return [kernels](const lanes::Block& block, const float* nodes) { kernels.gather(block, {.tile = nodes}); };
+  };
+  expect_rows_past_caches<FaceLayout<3, float>>(plain(lanes::faces_quadratic(27)), Home::cell);
+  expect_rows_past_caches<NodeLayout<3, float>>(plain(lanes::nodes_quadratic(27)), Home::nearest_node);
+  expect_rows_past_caches<NodeLayout<3, float>>([](const lanes::Block& block, const float* nodes) {
+    std::vector<float> velocity(3 * 3100), gradient(9 * 3100);
+    lanes::nodes_quadratic_of_solids(27).gather(block, nodes, {.velocity = velocity.data(), .gradient = gradient.data()});
+  }, Home::nearest_node);
 }
 
 // What is called after each block finds the block's particles gathered, and all calls together every particle once.
@@ -354,11 +367,11 @@ TEST(Rows, OfOtherColumnsMoveAlong) {
   for (std::size_t p = 0; p < particles.size(); ++p) ASSERT_TRUE(twice[2 * p] == particles.id[p] && twice[2 * p + 1] == -particles.id[p]);
 }
 
-// The order is by nearest node, then id, when that is asked; nodes on a periodic side are one.
 // Crowded and nearly empty cells, blocks far apart, ids that 32 bits do not hold.
 TEST(Order, IsOfBlocksCellsAndIds) {
-  const Lattice<3> lattice({3000000, 3000000, 3000000});
+  const Lattice<3> lattice({3000000, 3000000, 3000000}, {false, true, false});
   for (const std::int64_t far : {std::int64_t(1), std::int64_t(1) << 40}) {
+    const Home home = far == 1 ? Home::nearest_node : Home::cell;
     auto particles = random_particles<3, float>(lattice_of<3>(12), 4000, 1, 3);
     std::mt19937 rng(7);
     for (std::size_t p = 0; p < particles.size(); ++p) {
@@ -369,12 +382,17 @@ TEST(Order, IsOfBlocksCellsAndIds) {
     const auto all = particles;
     CanonicalOrder<3, float> order;
     for (int round = 0; round < 3; ++round) {   // the second finds the blocks of the first
-      const CellRanges ranges = order.sort(particles, lattice);
+      const CellRanges ranges = order.sort(particles, lattice, home);
       ASSERT_EQ(ranges.begin.back(), all.size());
+      const auto place_of = [&](std::size_t p) {
+        Cell<3> place = particles.cell[p];
+        for (int a = 0; a < 3; ++a) place[std::size_t(a)] += home == Home::nearest_node && particles.offset[p][a] >= 0.5f;
+        return lattice.key(lattice.wrapped(place));
+      };
       for (std::size_t b = 0; b < ranges.occupied.size(); ++b)
         for (std::size_t c = 0; c < 64; ++c)
           for (std::size_t p = ranges.begin[64 * b + c]; p < ranges.begin[64 * b + c + 1]; ++p) {
-            ASSERT_EQ(lattice.key(particles.cell[p]), ranges.occupied[b] * 64 + std::int64_t(c));
+            ASSERT_EQ(place_of(p), ranges.occupied[b] * 64 + std::int64_t(c));
             ASSERT_TRUE(p == ranges.begin[64 * b + c] || particles.id[p - 1] < particles.id[p]);
           }
       std::map<std::int64_t, Cell<3>> cell_of;
@@ -384,6 +402,7 @@ TEST(Order, IsOfBlocksCellsAndIds) {
   }
 }
 
+// The order is by nearest node, then id, when that is asked; nodes on a periodic side are one.
 TEST(Order, GoesByTheNearestNodeIfAsked) {
   for (const bool periodic : {false, true}) {
     const Lattice<3> lattice = lattice_of<3>(9, periodic);

@@ -29,10 +29,6 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
   return bend;
 }
 
-}  // namespace
-
-namespace {
-
 template <int kStages, int D, class Real>
 void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
                const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
@@ -68,7 +64,8 @@ void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
         particles.cell[begin + k] = site.cell;
         particles.offset[begin + k] = site.offset;
       }
-      for (std::size_t k = 0; k < count && solids.lattice.any_periodic; ++k) particles.cell[begin + k] = solids.lattice.wrapped(particles.cell[begin + k]);
+      for (std::size_t k = 0; k < count && solids.lattice.any_periodic; ++k)
+        particles.cell[begin + k] = solids.lattice.wrapped(particles.cell[begin + k]);
     }
   });
 }
@@ -162,20 +159,20 @@ template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, De
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
 template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, float>&);
-template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&, std::size_t,
-                    Particles<2, float>&);
+template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
+                    std::size_t, Particles<2, float>&);
 template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, double>&);
-template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&, std::size_t,
-                    Particles<2, double>&);
+template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
+                    std::size_t, Particles<2, double>&);
 template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, float>&);
-template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&, std::size_t,
-                    Particles<3, float>&);
+template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
+                    std::size_t, Particles<3, float>&);
 template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, double>&);
-template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&, std::size_t,
-                    Particles<3, double>&);
+template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
+                    std::size_t, Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);
 template Contacts push_out<3, float>(const Solids<3>&, const std::vector<ModeIndex<3>>&, Particles<3, float>&);

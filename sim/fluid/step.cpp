@@ -33,6 +33,7 @@ int FluidStep<D, Real>::layers() const {
 
 template <int D, class Real>
 void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& ledger) {
+  displaces_ = departed_ = false;
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
     ranges_ = order_.sort(particles, solids_.lattice, transfer_.home());
@@ -142,10 +143,11 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
     extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
   audit("extrapolate", grid_.velocity, ledger);
+  const auto after = shift_after(particles, ledger);
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
     if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
-    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, shift_after(particles, ledger));
+    else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, after);
   }
   audit("g2p", particles, ledger);
 }
@@ -185,9 +187,10 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     extrapolate(grid_.velocity, valid_, blocks_, layers());
   }
   audit("extrapolate", reflected_, ledger);
+  const auto after = shift_after(particles, ledger);
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
-    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles, shift_after(particles, ledger));
+    transfer_.gather(ranges_, blocks_, reflected_, &scattered_, rule, particles, after);
   }
   audit("g2p", particles, ledger);
 }
@@ -199,7 +202,9 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (displaces_) {
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));
-    base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) { shift(transfer_, blocks_, displacement_, solids_, ranges, b, particles); });
+    base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
+      shift(transfer_, blocks_, displacement_, solids_, ranges, b, particles);
+    });
   }
   if (std::exchange(displaces_, false)) audit("volume", particles, ledger);
   {

@@ -121,7 +121,8 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
   Particles<3, float>& p = group.particles;
   group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr,
-                        .coefficients = &p.coefficients[begin_ * p.row()], .streams = p.coefficients.size() * sizeof(float) > lanes::kStreamedBytes},
+                        .coefficients = &p.coefficients[begin_ * p.row()],
+                        .streams = group.scheme.carry != Carry::limited && p.coefficients.size() * sizeof(float) > lanes::kStreamedBytes},
                        velocity.data(), {.velocity = velocity_.data(), .gradient = gradient_.data()});
   // Sum and least of the masses of each node's stencil, one axis after the other.
   std::array<float, size> all = mass, lightest = mass;

@@ -28,13 +28,14 @@ Stress<D, Real> averaged_stress(const Group<D, Real>& group, std::size_t p, Real
 }
 
 /// The fast path of one group in one block: `begin` are the ranges of its nodes.
-void add_eight_at_a_time(const Group<3, float>& group, const std::uint32_t* begin, float impulse, NodeSums<3, float>& sums) {
+void add_fast(const Group<3, float>& group, const std::uint32_t* begin, float impulse, NodeSums<3, float>& sums) {
   constexpr int size = NodeSums<3, float>::kSize, per_block = Lattice<3>::kCellsPerBlock;
   std::array<float, std::size_t(4 * size + lanes::kTileSlack)> carried;
   const Particles<3, float>& p = group.particles;
   const float weight = float(group.weight), factor = impulse / weight;
   float* const coefficients = const_cast<float*>(p.coefficients.data());   // a scatter only reads them
-  const lanes::Block block{.begin = begin, .offset = p.offset.front().data(), .row = p.rows.empty() ? nullptr : p.rows.data(), .coefficients = coefficients};
+  const lanes::Block block{.begin = begin, .offset = p.offset.front().data(),
+                           .row = p.rows.empty() ? nullptr : p.rows.data(), .coefficients = coefficients};
   if (!group.averages) {
     group.kernels.scatter(block, {.row = group.stress.front().data(), .factor = factor}, carried.data());
   } else {   // the block's own stress, its coefficients beside it in the same order
@@ -69,7 +70,7 @@ void NodeSums<D, Real>::add(const Group<D, Real>& group, std::size_t group_block
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   const std::uint32_t* const begin = &group.ranges.begin[group_block * per_block];
   if constexpr (D == 3 && std::is_same_v<Real, float>) {
-    if (group.kernels.scatter && !flip) return add_eight_at_a_time(group, begin, float(impulse), *this);
+    if (group.kernels.scatter && !flip) return add_fast(group, begin, float(impulse), *this);
   }
   add_plainly(group, begin[0], begin[per_block], block, lattice, impulse, flip);
 }

@@ -49,11 +49,13 @@ class Terms {
     for (int i = 0; i < S::tile; ++i)
       for (int j = 0; j < S::tile; ++j) {
         const float* const row = tile + (i * S::tile + j) * S::tile + S::first(l, 2) + 1;
-        make<2, Plane4>([&](int node) { return Plane4{hn::LoadU(kLine, row + node)}; }, [&](int t, Plane4 term) { hn::Store(term.v, kLine, of_z[t][i][j]); });
+        make<2, NodeLine>([&](int node) { return NodeLine{hn::LoadU(kLine, row + node)}; },
+                        [&](int t, NodeLine term) { hn::Store(term.v, kLine, of_z[t][i][j]); });
       }
     for (int c = 0; c < kZ; ++c)
       for (int i = 0; i < S::tile; ++i)
-        make<1, Slab>([&](int node) { return Slab::load(of_z[c][i][node + S::first(l, 1) + 1]); }, [&](int t, Slab term) { term.store(of_yz_[t][c][i]); });
+        make<1, Slab>([&](int node) { return Slab::load(of_z[c][i][node + S::first(l, 1) + 1]); },
+                      [&](int t, Slab term) { term.store(of_yz_[t][c][i]); });
   }
   /// Those of the cells [16 slab, 16 slab + 16).
   HWY_INLINE void make_slab(int slab) {
@@ -68,12 +70,12 @@ class Terms {
  private:
   using Slab = Plane<4>;
   /// One line of nodes.
-  struct Plane4 {
+  struct NodeLine {
     hn::Vec<Line> v;
-    HWY_INLINE static Plane4 all(float x) { return {hn::Set(kLine, x)}; }
-    HWY_INLINE friend Plane4 operator+(Plane4 a, Plane4 b) { return {hn::Add(a.v, b.v)}; }
-    HWY_INLINE friend Plane4 operator-(Plane4 a, Plane4 b) { return {hn::Sub(a.v, b.v)}; }
-    HWY_INLINE friend Plane4 operator*(Plane4 a, Plane4 b) { return {hn::Mul(a.v, b.v)}; }
+    HWY_INLINE static NodeLine all(float x) { return {hn::Set(kLine, x)}; }
+    HWY_INLINE friend NodeLine operator+(NodeLine a, NodeLine b) { return {hn::Add(a.v, b.v)}; }
+    HWY_INLINE friend NodeLine operator-(NodeLine a, NodeLine b) { return {hn::Sub(a.v, b.v)}; }
+    HWY_INLINE friend NodeLine operator*(NodeLine a, NodeLine b) { return {hn::Mul(a.v, b.v)}; }
   };
   /// Calls keep(number, term) for the terms of an axis whose nodes' values node(k) gives.
   template <int axis, class T, class Node, class Keep>
@@ -232,10 +234,12 @@ struct BlockTerms {
   }
 };
 
-/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 + component] [m/s] are
+/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 +
+/// component] [m/s] are
 /// eight lanes.
 template <class S, bool gradient>
-HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep, float* HWY_RESTRICT scratch) {
+HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep,
+                             float* HWY_RESTRICT scratch) {
   terms.for_components([&](int component, const auto& own) {
     Results r;
     analyse<S, std::remove_cvref_t<decltype(own)>::kLattice, S::count, gradient>(own, cell, batch.t, r);
@@ -290,7 +294,8 @@ class RowsInPlace {
  private:
   const Block& block_;
 };
-/// A line that is stored whole need not be read first. Rows come together here and leave as lines of 64 bytes; the first and the last of a block, which may be
+/// A line that is stored whole need not be read first. Rows come together here and leave as lines of 64 bytes; the first and the last of a block,
+/// which may be
 /// shared, go the usual way.
 template <class S>
 class RowsPastCaches {

@@ -58,8 +58,9 @@ class GridTransfer {
   /// G2P: coefficients from grid velocities at the particles' places. `before` is the field after P2G, read by FLIP only.
   /// Particles in any order, one at a time.
   void gather(const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&) const;
-  /// The same for particles in canonical order, by the fast path if there is one. `after` (if given) is called with the number of a block in `ranges.occupied` as soon as its particles are gathered, their
-  /// data still in the cache, and may change these; several blocks may be under way.
+  /// The same for particles in canonical order, by the fast path if there is one. `after` (if given) is called with the number of a
+  /// block in `ranges.occupied` as soon as its particles are gathered, their data still in the cache. It may change what these particles have, and
+  /// nothing else: several blocks are under way.
   using After = std::function<void(std::size_t block)>;
   void gather(const CellRanges&, const ActiveBlocks<D>& blocks, const Field& velocity, const Field* before, const GatherRule&, Particles<D, Real>&,
               const After& after = {}) const;

@@ -381,7 +381,8 @@ auto GridTransfer<Layout>::velocity_at(const ActiveBlocks<D>& blocks, const Fiel
       const auto at = blocks.template places<Basis::kNodes>(first_node<Basis, D>(stencil));
       const auto w = weights<D>(stencil);
       for (int k = 0; k < Layout::kComponents; ++k)
-        for (std::size_t node = 0; node < w.size(); ++node) v[Layout::component(l, k)] += w[node] * read<Layout>(velocity, Layout::component(l, k), at[node]);
+        for (std::size_t node = 0; node < w.size(); ++node)
+          v[Layout::component(l, k)] += w[node] * read<Layout>(velocity, Layout::component(l, k), at[node]);
     }
     return v;
   });

@@ -66,7 +66,8 @@ HWY_INLINE void basis_rows(V x, V (&out)[modes][n]) {
   }
 }
 
-/// Where lanes are along an axis, from the middle of their stencils: as basis.h has it. `upper` are those whose stencil is the upper one of a wide axis.
+/// Where lanes are along an axis, from the middle of their stencils: as basis.h has it. `upper` are those whose stencil is the upper one of a wide
+/// axis.
 template <Axis axis>
 HWY_INLINE V place_on_axis(V t, hn::Mask<Lanes>& upper) {
   const V half = hn::Set(kTag, 0.5f);
@@ -168,7 +169,7 @@ struct Batch {
   /// Particles [p, p + lanes), whose rows follow each other from `first` on; lanes that do not count have `spare` for one.
   HWY_INLINE Batch(const Block& block, std::uint32_t p, int lanes, float* first, float* spare) : size(lanes) {
     for (int l = 0; l < kLanes; ++l) at[l] = l < lanes ? first + l * kRow : spare;
-    load_offsets(block, p, t);   // lanes that do not count get the offsets of others
+    load_offsets(block, p, t);   // lanes that do not count get the offsets of others, or 0
   }
 
   HWY_INLINE void store4(int from, V c0, V c1, V c2, V c3) const {
@@ -187,7 +188,8 @@ constexpr int group_start(int group) {
   return 4 * group + 4 <= count ? 4 * group : count - 4;
 }
 
-/// Calls body(first particle, lanes, number of the cell) for the batches of a block's cells [first, end), cell by cell. They are listed first: how many
+/// Calls body(first particle, lanes, number of the cell) for the batches of a block's cells [first, end), cell by cell. They are listed first: how
+/// many
 /// a cell has is as chance wants it, and a wrong guess there costs nothing while no batch is under way.
 template <class Body>
 HWY_INLINE void for_batches(const Block& block, int first, int end, const Body& body) {

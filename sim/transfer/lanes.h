@@ -1,5 +1,6 @@
 #pragma once
-// The fast transfers: a block at a time, on a dense tile of its own. Particles of a cell share the nodes they read and write: P2G keeps a cell's sums in
+// The fast transfers: a block at a time, on a dense tile of its own. Particles of a cell share the nodes they read and write: P2G keeps a cell's
+// sums in
 // registers while its particles pass (scatter_lanes-inl.h), G2P takes eight particles of a cell, a lane each (gather_lanes-inl.h). In 3-D and single
 // precision, for the mode sets people use: 1, 4, 8 modes, and 27 with the quadratic kernel. Everything else runs the plain path of
 // grid_transfer_bodies.h, which is the reference.
@@ -39,7 +40,8 @@ struct Stresses {
   const float* row = nullptr;
   float factor = 1;                       // momentum, in units of a particle's mass, is factor times stress times the slopes of the weights [1/cell]
 };
-/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each. Whole vectors are written:
+/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each. Whole vectors are
+/// written:
 /// room for kMotionSlack particles behind the block's is needed.
 inline constexpr int kMotionSlack = 8;
 struct Motions {

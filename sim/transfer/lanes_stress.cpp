@@ -17,7 +17,8 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
 
 /// G2P with the velocity and its gradient as rows of their own, while they are in registers: rows of coefficients are long.
 template <class S, class Rows>
-HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions, Rows& rows) {
+HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions,
+                              Rows& rows) {
   constexpr Half half{};
   float spare[3 * S::count + 4];
   HWY_ALIGN float scratch[12 * kLanes];
@@ -32,7 +33,10 @@ HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int
     V c[4];
     for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
     transpose(c[0], c[1], c[2], c[3]);
-    for (int l = 0; l < 4; ++l) hn::StoreU(hn::LowerHalf(half, c[l]), half, row + 9 * l + from), hn::StoreU(hn::UpperHalf(half, c[l]), half, row + 9 * (l + 4) + from);
+    for (int l = 0; l < 4; ++l) {
+      hn::StoreU(hn::LowerHalf(half, c[l]), half, row + 9 * l + from);
+      hn::StoreU(hn::UpperHalf(half, c[l]), half, row + 9 * (l + 4) + from);
+    }
   }
   const float* const v = scratch + 9 * kLanes;
   hn::StoreInterleaved3(hn::Load(kTag, v), hn::Load(kTag, v + kLanes), hn::Load(kTag, v + 2 * kLanes), kTag, motions.velocity + 3 * std::size_t(p));

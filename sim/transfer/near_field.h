@@ -73,7 +73,8 @@ class NearField {
   std::array<Real, std::size_t(D * kPlaces + kLine - n)> values_{};     // by component; 0 where no block is active
 };
 
-/// Calls body(begin, end, velocity) for the particles of a block, number `b` of those occupied; velocity(site) is the field [m/s], from a copy of it where
+/// Calls body(begin, end, velocity) for the particles of a block, number `b` of those occupied; velocity(site) is the field [m/s], from a copy of it
+/// where
 /// it can be. Particles must be stored in the order that `ranges` is of, though they may have moved since.
 template <class Layout, class Body>
 void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,

@@ -108,7 +108,8 @@ class RecentBlocks {
 
 constexpr std::size_t kFew = 16;   // particles of a cell that are ranked by counting: no branch depends on ids
 
-/// Sorts `count` <= kFew particles of a cell by their ids. As many as kFew are read, and `sorted` may be written a place behind them.
+/// Sorts `count` <= kFew particles of a cell by their ids, of which no two are equal. kFew ids are read, and `sorted` may be written a place behind
+/// them.
 void rank(const std::uint32_t* from, const std::int32_t* ids, std::size_t count, std::uint32_t* sorted) {
   const auto last = hn::Set(kNumbers, std::numeric_limits<std::int32_t>::max());
   const auto lower = hn::IfThenElse(hn::FirstN(kNumbers, count), hn::LoadU(kNumbers, ids), last);
@@ -117,7 +118,7 @@ void rank(const std::uint32_t* from, const std::int32_t* ids, std::size_t count,
     for (std::size_t i = g; i < g + 4; ++i) {
       const auto own = hn::Set(kNumbers, ids[i]);
       const std::size_t below = hn::CountTrue(kNumbers, hn::Lt(lower, own)) + hn::CountTrue(kNumbers, hn::Lt(upper, own));
-      sorted[i < count ? below : count] = from[i];
+      sorted[i < count ? below : count] = from[i < count ? i : 0];   // what lies behind may be another thread's
     }
 }
 

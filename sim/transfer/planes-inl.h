@@ -1,4 +1,4 @@
-// Vectors of 4 x 4 or 2 x 2 numbers: what a particle brings to the nodes of a plane across x. z runs fastest.
+// Vectors of 4 x 4 or 2 x 2 numbers: the nodes, or cells, of a plane across x. z runs fastest.
 #if defined(SIM_TRANSFER_PLANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_PLANES_INL_H
 #undef SIM_TRANSFER_PLANES_INL_H
@@ -23,7 +23,6 @@ struct Plane;
 
 template <>
 struct Plane<2> {
-  static constexpr int kLineNodes = 2;
   hn::Vec<Line> v;
 
   HWY_INLINE static Plane zero() { return {hn::Zero(kLine)}; }
@@ -49,7 +48,6 @@ HWY_INLINE void add_line(float* HWY_RESTRICT nodes, hn::Vec<Line> v) { hn::Store
 #if HWY_TARGET <= HWY_AVX3   // the better a set of instructions, the smaller its number
 template <>
 struct Plane<4> {
-  static constexpr int kLineNodes = 4;
   using Tag = hn::FixedTag<float, 16>;
   hn::Vec<Tag> v;
 
@@ -71,14 +69,13 @@ struct Plane<4> {
     constexpr hn::FixedTag<float, 8> half{};
     const auto lower = hn::LowerHalf(half, v), upper = hn::UpperHalf(half, v);
     add_line(nodes, hn::LowerHalf(kLine, lower)), add_line(nodes + step, hn::UpperHalf(kLine, lower));
-    add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
+    if constexpr (lines > 2) add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
     if constexpr (lines == 4) add_line(nodes + 3 * step, hn::UpperHalf(kLine, upper));
   }
 };
 #else
 template <>
 struct Plane<4> {
-  static constexpr int kLineNodes = 4;
   using Tag = hn::FixedTag<float, 8>;
   hn::Vec<Tag> lower, upper;
 
@@ -102,7 +99,7 @@ struct Plane<4> {
   template <int lines>
   HWY_INLINE void add_to(float* HWY_RESTRICT nodes, int step) const {
     add_line(nodes, hn::LowerHalf(kLine, lower)), add_line(nodes + step, hn::UpperHalf(kLine, lower));
-    add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
+    if constexpr (lines > 2) add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
     if constexpr (lines == 4) add_line(nodes + 3 * step, hn::UpperHalf(kLine, upper));
   }
 };

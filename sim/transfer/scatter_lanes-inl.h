@@ -1,4 +1,5 @@
-// P2G: particle after particle, the nodes of a plane across x in the lanes of a vector. Particles of a cell reach the same nodes, so their sums stay in
+// P2G: particle after particle, the nodes of a plane across x in the lanes of a vector. Particles of a cell reach the same nodes, so their sums stay
+// in
 // registers until the cell is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
 #if defined(SIM_TRANSFER_SCATTER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_SCATTER_LANES_INL_H
@@ -97,7 +98,8 @@ HWY_INLINE void prefetch_row(const float* coefficients) {
   __builtin_prefetch(row + sizeof(float) * S::kRow - 1);
 }
 
-/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k), X, Y and Z
+/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k),
+/// X, Y and Z
 /// being weight times polynomial along the axes: products of Y and Z are vectors over the plane, coefficients and X are numbers.
 template <class S, int l, bool stressed>
 class CellSums {
@@ -194,7 +196,8 @@ HWY_INLINE void scatter_particles(const Block& block, const float* stress, float
   constexpr int edge = Lattice<3>::kBlock, cells = Lattice<3>::kCellsPerBlock;
   const std::uint32_t end = block.begin[cells];
   if (block.row)
-    for (std::uint32_t p = block.begin[0]; p < end && p < block.begin[0] + kAhead; ++p) prefetch_row<S>(block.coefficients + std::size_t(block.row[p]) * S::kRow);
+    for (std::uint32_t p = block.begin[0]; p < end && p < block.begin[0] + kAhead; ++p)
+      prefetch_row<S>(block.coefficients + std::size_t(block.row[p]) * S::kRow);
   prefetch_offsets(block, block.begin[0], StagedRows<S, stressed>::kMost);
   std::memset(tile, 0, sizeof(float) * std::size_t(S::fields * S::places + kTileSlack));
   StagedRows<S, stressed> rows;
