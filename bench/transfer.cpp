@@ -164,7 +164,8 @@ class Deformations {
       thread_local std::vector<float> v, gradient;
       v.resize(3 * (end - begin + lanes::kMotionSlack)), gradient.resize(9 * (end - begin + lanes::kMotionSlack));
       kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .row = nullptr,
-                       .coefficients = &particles.coefficients[begin * particles.row()]},
+                       .coefficients = &particles.coefficients[begin * particles.row()],
+                       .streams = particles.coefficients.size() * sizeof(float) > lanes::kStreamedBytes},
                       nodes.data(), {.velocity = v.data(), .gradient = gradient.data()});
       update(begin, end, gradient.data());
     });
