@@ -369,14 +369,14 @@ TEST(Rows, OfOtherColumnsMoveAlong) {
 
 // Crowded and nearly empty cells, blocks far apart, ids that 32 bits do not hold.
 TEST(Order, IsOfBlocksCellsAndIds) {
-  const Lattice<3> lattice({3000000, 3000000, 3000000}, {false, true, false});
+  const Lattice<3> lattice({300000, 300000, 300000}, {false, true, false});
   for (const std::int64_t far : {std::int64_t(1), std::int64_t(1) << 40}) {
     const Home home = far == 1 ? Home::nearest_node : Home::cell;
     auto particles = random_particles<3, float>(lattice_of<3>(12), 4000, 1, 3);
     std::mt19937 rng(7);
     for (std::size_t p = 0; p < particles.size(); ++p) {
       particles.id[p] = std::int64_t(p * 7919 % 4001) * far;
-      for (int& cell : particles.cell[p]) cell = p % 4 == 0 ? cell % 2 : p % 4 == 3 ? int(rng() % 3000000) : cell;
+      for (int& cell : particles.cell[p]) cell = p % 4 == 0 ? cell % 2 : p % 4 == 3 ? int(rng() % 300000) : cell;
       if (p % 4 == 2) particles.cell[p][1 + p / 4 % 2] += p / 4 % 2 ? 8192 * 4 : 8 * 4;   // far enough to be taken for each other, cut to ten bits
     }
     const auto all = particles;
