@@ -5,6 +5,7 @@
 
 #include "sim/fluid/pressure.h"
 #include "sim/transfer/order.h"
+#include "tests/transfer_cases.h"
 
 namespace sim {
 namespace {
@@ -48,16 +49,6 @@ class Pool {
   std::vector<CellKind> classified;   // before the surface had a say
 };
 
-FaceField<2, double> noise(const ActiveBlocks<2>& blocks) {
-  FaceField<2, double> v;
-  std::uint64_t state = 1;
-  for (auto& component : v) {
-    component.resize(blocks.size());
-    for (double& value : component) value = double((state = state * 6364136223846793005u + 1442695040888963407u) >> 40) / (1 << 23) - 1;
-  }
-  return v;
-}
-
 TEST(FluidSurface, AGapBetweenParticlesIsLiquidAndABubbleIsNot) {
   const auto is_gap = [](int i, int j) { return j == 5 && (i == 8 || i == 9); };
   const auto is_bubble = [](int i, int j) { return i >= 14 && i < 19 && j >= 3 && j < 8; };
@@ -81,7 +72,7 @@ TEST(FluidSurface, FewParticlesAreThinLiquidAndAFullDropIsNot) {
 // What is in it flies: its faces are valid, and no pressure changes those between two of its cells.
 TEST(FluidSurface, ThinLiquidKeepsItsVelocity) {
   const Pool pool([](int i, int j) { return i >= 8 && i < 15 && j >= 5 && j < Pool::kLevel ? 1 : Pool::level(i, j); });
-  const FaceField<2, double> before = noise(pool.blocks);
+  const FaceField<2, double> before = cases::random_field<FaceLayout<2, double>>(pool.blocks, 1);
   FaceField<2, double> v = before;
   FaceMask<2> valid;
   const PressureReport report = Projection<2>().project(v, pool.cells, pool.blocks, 1e-10, valid);

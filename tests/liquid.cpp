@@ -8,6 +8,7 @@
 #include "sim/fluid/pressure.h"
 #include "sim/simulation.h"
 #include "tests/threads.h"
+#include "tests/transfer_cases.h"
 
 namespace sim {
 namespace {
@@ -173,21 +174,11 @@ LiquidCells<3> pool(const ActiveBlocks<3>& blocks, bool open) {
   return cells;
 }
 
-FaceField<3, double> noise(const ActiveBlocks<3>& blocks) {
-  FaceField<3, double> v;
-  std::uint64_t state = 1;
-  for (auto& component : v) {
-    component.resize(blocks.size());
-    for (double& value : component) value = double((state = state * 6364136223846793005u + 1442695040888963407u) >> 40) / (1 << 23) - 1;
-  }
-  return v;
-}
-
 TEST(Pressure, LeavesNoDivergence) {
   for (const int edge : {8, 24}) {   // the first is solved directly, the second by iteration
     for (const bool open : {true, false}) {
       const auto blocks = ActiveBlocks<3>::whole(Lattice<3>({edge, edge, edge}));
-      FaceField<3, double> v = noise(blocks);
+      FaceField<3, double> v = cases::random_field<FaceLayout<3, double>>(blocks, 1);
       FaceMask<3> valid;
       const PressureReport report = Projection<3>().project(v, pool(blocks, open), blocks, 1e-10, valid);
       EXPECT_EQ(report.iterations == 0, report.unknowns <= kDirectUnknowns);
