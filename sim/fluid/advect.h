@@ -13,8 +13,7 @@ void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField
             const CellRanges& ranges, Particles<D, Real>&);
 
 /// Moves the particles of a block, number `block` of those occupied, by a displacement [cells] that is no motion: velocities become the polynomials'
-/// at the
-/// new places, c_1 += C . shift.
+/// at the new places, c_1 += C . shift.
 template <int D, class Real>
 void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&,
            const CellRanges& ranges, std::size_t block, Particles<D, Real>&);

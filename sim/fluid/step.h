@@ -45,8 +45,7 @@ class FluidStep {
   /// G2P of the field reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
   void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   /// Motion: whoever is then outside an open side is gone. Before it the particles shift by the displacement that `correct_volume` found, where it
-  /// did since
-  /// `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart.
+  /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart.
   void move(double dt, Particles<D, Real>&, base::Ledger&);
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   LiquidVolume volume() const { return liquid_volume<D>(cells_, filling_, blocks_); }

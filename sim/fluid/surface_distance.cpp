@@ -230,8 +230,7 @@ std::vector<std::size_t> liquid_outside(const std::vector<float>& filling, const
 }
 
 /// Liquid cells in and beside which the liquid is thinner than chance makes it. How thin it is in a cell the particles of the liquid cells around
-/// say,
-/// with weights 1, 2, 1 along each axis.
+/// say, with weights 1, 2, 1 along each axis.
 template <int D>
 std::vector<std::size_t> thin_liquid(const std::vector<float>& count, double full, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
                                      const ActiveBlocks<D>& blocks) {

@@ -201,7 +201,6 @@ HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Res
         }
 }
 
-template <int count>
 HWY_INLINE V coefficient(const Results& r, int number) {
   const ModeIndex<3>& mode = kSupplementOrder3[number];
   return r.at[mode[0]][mode[1]][mode[2]];
@@ -212,8 +211,8 @@ HWY_INLINE void store_component(const Batch<S>& batch, int component, const Resu
 #pragma GCC unroll 7
   for (int g = 0; g < (S::count + 3) / 4; ++g) {
     constexpr auto start = group_start<S::count>;
-    batch.store4(component * S::count + start(g), coefficient<S::count>(r, start(g)), coefficient<S::count>(r, start(g) + 1),
-                 coefficient<S::count>(r, start(g) + 2), coefficient<S::count>(r, start(g) + 3));
+    batch.store4(component * S::count + start(g), coefficient(r, start(g)), coefficient(r, start(g) + 1),
+                 coefficient(r, start(g) + 2), coefficient(r, start(g) + 3));
   }
 }
 
@@ -234,9 +233,8 @@ struct BlockTerms {
   }
 };
 
-/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 +
-/// component] [m/s] are
-/// eight lanes.
+/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 + component]
+/// [m/s] are eight lanes.
 template <class S, bool gradient>
 HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep,
                              float* HWY_RESTRICT scratch) {
@@ -295,8 +293,7 @@ class RowsInPlace {
   const Block& block_;
 };
 /// A line that is stored whole need not be read first. Rows come together here and leave as lines of 64 bytes; the first and the last of a block,
-/// which may be
-/// shared, go the usual way.
+/// which may be shared, go the usual way.
 template <class S>
 class RowsPastCaches {
  public:

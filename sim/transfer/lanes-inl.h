@@ -189,8 +189,7 @@ constexpr int group_start(int group) {
 }
 
 /// Calls body(first particle, lanes, number of the cell) for the batches of a block's cells [first, end), cell by cell. They are listed first: how
-/// many
-/// a cell has is as chance wants it, and a wrong guess there costs nothing while no batch is under way.
+/// many a cell has is as chance wants it, and a wrong guess there costs nothing while no batch is under way.
 template <class Body>
 HWY_INLINE void for_batches(const Block& block, int first, int end, const Body& body) {
   struct Listed {

@@ -74,8 +74,7 @@ class NearField {
 };
 
 /// Calls body(begin, end, velocity) for the particles of a block, number `b` of those occupied; velocity(site) is the field [m/s], from a copy of it
-/// where
-/// it can be. Particles must be stored in the order that `ranges` is of, though they may have moved since.
+/// where it can be. Particles must be stored in the order that `ranges` is of, though they may have moved since.
 template <class Layout, class Body>
 void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
                    const CellRanges& ranges, std::size_t b, const Body& body) {

@@ -1,6 +1,5 @@
 // P2G: particle after particle, the nodes of a plane across x in the lanes of a vector. Particles of a cell reach the same nodes, so their sums stay
-// in
-// registers until the cell is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
+// in registers until the cell is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
 #if defined(SIM_TRANSFER_SCATTER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_SCATTER_LANES_INL_H
 #undef SIM_TRANSFER_SCATTER_LANES_INL_H
@@ -98,9 +97,8 @@ HWY_INLINE void prefetch_row(const float* coefficients) {
   __builtin_prefetch(row + sizeof(float) * S::kRow - 1);
 }
 
-/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k),
-/// X, Y and Z
-/// being weight times polynomial along the axes: products of Y and Z are vectors over the plane, coefficients and X are numbers.
+/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k), X,
+/// Y and Z being weight times polynomial along the axes: products of Y and Z are vectors over the plane, coefficients and X are numbers.
 template <class S, int l, bool stressed>
 class CellSums {
  public:
