@@ -31,7 +31,6 @@ FAULTS = [
      "become(air_inside(filling, near, cells, blocks), @ ? CellKind::air : CellKind::liquid);", ""),
     ("thin liquid is liquid", SURFACE, "if (density[i] >= least) return false;", "if (density[i] >= least || @) return false;", ""),
     ("thin liquid has no velocity", PRESSURE, "for (const std::size_t i : cells.thin) {\n      valid", "for (const std::size_t i : cells.thin) {\n      if (@) break;\n      valid", ""),
-    ("air beside liquid swells and shrinks", "sim/fluid/extrapolate.cpp", "if (wet > D) continue;", "if (wet > D || @) continue;", ""),
     ("cut faces are open or closed", FACES, "return open < kLeastOpening ? 0 : open;", "return @ ? (open < 0.5 ? 0.0 : 1.0) : open < kLeastOpening ? 0 : open;", ""),
     ("gaps between particles are air", CELLS, "return wet && !dry;", "return wet && !dry && !@;", "volume"),
     ("particles move by Euler's rule", ADVECT, "steps_at(Real(0.5), first, second);", "steps_at(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),
