@@ -1,8 +1,9 @@
-// Which cells the surface makes liquid, and the field that it leaves beside them.
+// Which cells the surface makes liquid, the field that it leaves beside them, and what a shift of particles leaves of their velocities.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "sim/fluid/advect.h"
 #include "sim/fluid/pressure.h"
 #include "sim/transfer/order.h"
 #include "tests/transfer_cases.h"
@@ -81,6 +82,37 @@ TEST(FluidSurface, ThinLiquidKeepsItsVelocity) {
     EXPECT_EQ(valid[a][pool.at(11, 10)], 1);
     EXPECT_EQ(v[a][pool.at(11, 10)], before[a][pool.at(11, 10)]);
     EXPECT_NE(v[a][pool.at(4, 6)], before[a][pool.at(4, 6)]);
+  }
+}
+
+// A field that is linear in the place is what APIC knows: a particle that has been shifted has the field's velocity there.
+TEST(FluidShift, LeavesTheVelocityOfTheNewPlace) {
+  const Lattice<3> lattice({9, 9, 9});
+  const auto blocks = ActiveBlocks<3>::whole(lattice);
+  const Solids<3> solids(Scene{}, lattice);
+  const Vec<3, double> by(0.25, -0.125, 0.3);
+  const auto velocity = [](int c, const Vec<3, double>& x) { return 0.3 * c + (1 + c) * x[0] - 0.7 * x[1] + (2 - c) * x[2]; };
+  FaceField<3, double> field, displacement;
+  for (int c = 0; c < 3; ++c) {
+    field[std::size_t(c)].resize(blocks.size()), displacement[std::size_t(c)].assign(blocks.size(), by[c]);
+    for (const std::size_t i : cases::places_of(blocks)) {
+      const Cell<3> at = blocks.cell_at(i);
+      Vec<3, double> x;
+      for (int a = 0; a < 3; ++a) x[a] = at[std::size_t(a)] + (a == c ? 0 : 0.5);
+      field[std::size_t(c)][i] = velocity(c, x);
+    }
+  }
+  for (const Kernel kernel : {Kernel::linear, Kernel::quadratic}) {
+    const MacTransfer<3, double> transfer(kernel, cases::prefix<3>(kernel, 4));
+    auto particles = cases::random_particles<3, double>(lattice, 200, 4, 3, 2);
+    const CellRanges ranges = CanonicalOrder<3, double>().sort(particles, lattice);
+    transfer.gather(ranges, blocks, field, nullptr, {}, particles);
+    const auto before = particles;
+    for (std::size_t b = 0; b < ranges.occupied.size(); ++b) shift(transfer, blocks, displacement, solids, ranges, b, particles);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      ASSERT_LE((particles.place(p) - before.place(p) - by).cwiseAbs().maxCoeff(), 1e-12);
+      for (int c = 0; c < 3; ++c) ASSERT_NEAR(particles.component(p, c)[0], velocity(c, particles.place(p)), 1e-11);
+    }
   }
 }
 
