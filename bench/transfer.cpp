@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "base/parallel.h"
-#include "base/prefetch.h"
+#include "base/past_caches.h"
 #include "bench/machine.h"
 #include "sim/random.h"
 #include "sim/solid/rows.h"
@@ -162,12 +162,15 @@ class Deformations {
       std::array<std::uint32_t, per_block + 1> local;
       for (std::size_t k = 0; k <= per_block; ++k) local[k] = std::uint32_t(begin_of[k] - begin);
       thread_local std::vector<float> v, gradient;
-      v.resize(3 * (end - begin + lanes::kMotionSlack)), gradient.resize(9 * (end - begin + lanes::kMotionSlack));
+      const std::size_t room = end - begin + lanes::kMotionSlack;
+      v.resize(3 * room), gradient.resize(9 * room);
       kernels_.gather({.begin = local.data(), .offset = particles.offset[begin].data(), .row = nullptr,
                        .coefficients = &particles.coefficients[begin * particles.row()],
-                       .streams = particles.coefficients.size() * sizeof(float) > lanes::kStreamedBytes},
-                      nodes.data(), {.velocity = v.data(), .gradient = gradient.data()});
-      update(begin, end, gradient.data());
+                       .streams = particles.coefficients.size() * sizeof(float) > base::kHeldByCaches},
+                      nodes.data(), {.velocity = v.data(), .gradient = gradient.data(), .stride = room, .wanted = {
+                                     .rows = reinterpret_cast<const char*>(F_.data() + (rows_.empty() ? begin : 0)), .bytes = sizeof(Nine),
+                                     .row = rows_.empty() ? nullptr : &rows_[begin]}});
+      update(begin, end, gradient.data(), room);
     });
     F_.swap(next_);
     particles.rows.swap(rows_), particles.rows.clear();
@@ -176,25 +179,21 @@ class Deformations {
  private:
   using Nine = std::array<float, 9>;
 
-  void update(std::size_t begin, std::size_t end, const float* gradient) {
-    constexpr std::size_t kAhead = 64, kWidth = sim::Lanes::kWidth;
+  void update(std::size_t begin, std::size_t end, const float* gradient, std::size_t stride) {
+    constexpr std::size_t kWidth = sim::Lanes::kWidth;
     const sim::Lanes dt(0.01f);
-    Nine none{};
+    RowWriter<sim::Lanes, 9> written(next_[begin].data(), next_.size() * sizeof(Nine) > base::kHeldByCaches);
     for (std::size_t p = begin; p < end; p += kWidth) {
-      RowsAt<sim::Lanes, const float> change_at, from;
-      RowsAt<sim::Lanes, float> to;
-      for (std::size_t l = 0; l < kWidth; ++l) {
-        const std::size_t q = std::min(p + l, end - 1);
-        base::prefetch(&F_[row_of(std::min(q + kAhead, end - 1))]);
-        change_at[l] = gradient + 9 * (q - begin), from[l] = F_[row_of(q)].data(), to[l] = p + l < end ? next_[q].data() : none.data();
-      }
+      RowsAt<sim::Lanes, const float> from;
+      for (std::size_t l = 0; l < kWidth; ++l) from[l] = F_[row_of(std::min(p + l, end - 1))].data();
       std::array<sim::Lanes, 9> change, old, now;
-      load_rows(change_at, change), load_rows(from, old);
+      load_columns(gradient + (p - begin), stride, change), load_rows(from, old);
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t k = 0; k < 3; ++k)
           now[3 * i + k] = old[3 * i + k] + dt * (change[3 * i] * old[k] + change[3 * i + 1] * old[3 + k] + change[3 * i + 2] * old[6 + k]);
-      store_rows(to, now);
+      written.write(now, int(std::min(kWidth, end - p)));
     }
+    written.finish();
   }
   std::size_t row_of(std::size_t p) const { return rows_.empty() ? p : rows_[p]; }
 

@@ -47,7 +47,7 @@ template <class Layout>
 struct Outcome {
   typename GridTransfer<Layout>::Grid grid;
   Particles<3, float> particles;
-  std::vector<float> velocity, gradient;   // of a solid's gather, three and nine numbers a particle; else empty
+  std::vector<float> velocity, gradient;   // of a solid's gather, three numbers a particle, nine columns; else empty
 };
 
 /// What a solid's gather hands out.
@@ -64,9 +64,9 @@ void gather_as_solids_do(const CellRanges& ranges, const ActiveBlocks<3>& blocks
     std::array<float, 3 * tile * tile * tile> nodes{};
     load_tile<Layout, tile>(blocks, blocks.lattice().block_at(ranges.occupied[b]), field, nodes.data());
     kernels.gather({.begin = &ranges.begin[b * per_block], .offset = particles.offset.front().data(), .coefficients = particles.coefficients.data()},
-                   nodes.data(), {.velocity = o.velocity.data(), .gradient = o.gradient.data()});
+                   nodes.data(), {.velocity = o.velocity.data(), .gradient = o.gradient.data(), .stride = room});
   }
-  o.velocity.resize(3 * particles.size()), o.gradient.resize(9 * particles.size());
+  o.velocity.resize(3 * particles.size());
   EXPECT_EQ(particles.coefficients, o.particles.coefficients);
 }
 
@@ -194,7 +194,7 @@ TEST(Lanes, RowsPastTheCachesAreTheSame) {
   expect_rows_past_caches<NodeLayout<3, float>>(plain(lanes::nodes_quadratic(27)), Home::nearest_node);
   expect_rows_past_caches<NodeLayout<3, float>>([](const lanes::Block& block, const float* nodes) {
     std::vector<float> velocity(3 * 3100), gradient(9 * 3100);
-    lanes::nodes_quadratic_of_solids(27).gather(block, nodes, {.velocity = velocity.data(), .gradient = gradient.data()});
+    lanes::nodes_quadratic_of_solids(27).gather(block, nodes, {.velocity = velocity.data(), .gradient = gradient.data(), .stride = 3100});
   }, Home::nearest_node);
 }
 
@@ -244,7 +244,7 @@ TEST(Lanes, GradientsAreThoseOfTheInterpolatedVelocity) {
         }
         const Vec<3, double> slope = (side[1] - side[0]) / (2 * kStep);
         for (int c = 0; c < 3; ++c) {
-          ASSERT_NEAR(o.gradient[9 * p + std::size_t(3 * c + axis)], slope[c], 2e-5);   // of a random field: of order 1
+          ASSERT_NEAR(o.gradient[std::size_t(3 * c + axis) * (o.gradient.size() / 9) + p], slope[c], 2e-5);   // of a random field: of order 1
           ASSERT_EQ(o.velocity[3 * p + std::size_t(c)], o.particles.component(p, c)[0]);
         }
         largest = std::max(largest, slope.norm());

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/prefetch.h"
+#include "base/past_caches.h"
 #include "sim/solid/rows.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/basis.h"
@@ -92,7 +92,7 @@ void BlockGather<D, Real>::gather_plainly(Group<D, Real>& group) {
       for (int a = 0; a < D; ++a) {   // the kernel's slope is (dual of w) - x (1 - 4 x^2) (dual of g)
         const int step = int_power(n, D - 1 - a);
         const Real x = stencil[a].x;
-        gradient_[row * D + std::size_t(a)] = value[std::size_t(step)] - x * (1 - 2 * x) * (1 + 2 * x) * value[std::size_t(2 * step)];
+        gradient(p, std::size_t(c * D + a)) = value[std::size_t(step)] - x * (1 - 2 * x) * (1 + 2 * x) * value[std::size_t(2 * step)];
       }
       const std::span<Real> coefficients = group.particles.component(p, c);
       if (group.scheme.flip) coefficients[0] = value[0] + Real(keep_) * (coefficients[0] - then);
@@ -120,10 +120,12 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
   for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
   Particles<3, float>& p = group.particles;
+  const bool in_order = group.rows.empty(), has_many = p.coefficients.size() * sizeof(float) > base::kHeldByCaches;
+  const lanes::Wanted strain{.rows = reinterpret_cast<const char*>(group.deformation.data() + (in_order ? begin_ : 0)),
+                             .bytes = sizeof group.deformation[0], .row = in_order ? nullptr : &group.rows[begin_]};
   group.kernels.gather({.begin = local.data(), .offset = p.offset[begin_].data(), .row = nullptr,
-                        .coefficients = &p.coefficients[begin_ * p.row()],
-                        .streams = group.scheme.carry != Carry::limited && p.coefficients.size() * sizeof(float) > lanes::kStreamedBytes},
-                       velocity.data(), {.velocity = velocity_.data(), .gradient = gradient_.data()});
+                        .coefficients = &p.coefficients[begin_ * p.row()], .streams = group.scheme.carry != Carry::limited && has_many},
+                       velocity.data(), {.velocity = velocity_.data(), .gradient = gradient_.data(), .stride = room(), .wanted = strain});
   // Sum and least of the masses of each node's stencil, one axis after the other.
   std::array<float, size> all = mass, lightest = mass;
   for (std::size_t step = 1; step < size; step *= tile)
@@ -144,7 +146,7 @@ template <int D, class Real>
 void BlockGather<D, Real>::average_volume(const Particles<D, Real>& particles) {
   const auto trace = [&](std::size_t p) {
     Real sum = 0;
-    for (std::size_t a = 0; a < D; ++a) sum += gradient_[(p - begin_) * D * D + a * (D + 1)];
+    for (std::size_t a = 0; a < D; ++a) sum += gradient(p, a * (D + 1));
     return sum;
   };
   for (std::size_t p = begin_; p < end_;) {
@@ -154,7 +156,7 @@ void BlockGather<D, Real>::average_volume(const Particles<D, Real>& particles) {
     const Real mean = sum / Real(last - p);
     for (; p < last; ++p) {
       const Real difference = (mean - trace(p)) / D;
-      for (std::size_t a = 0; a < D; ++a) gradient_[(p - begin_) * D * D + a * (D + 1)] += difference;
+      for (std::size_t a = 0; a < D; ++a) gradient(p, a * (D + 1)) += difference;
     }
   }
 }
@@ -245,7 +247,7 @@ double BlockGather<D, Real>::trial_energy(const Group<D, Real>& group) const {
     Deformation<double, D> trial = exact(group.deformation[group.rows.empty() ? p : group.rows[p]]);
     Matrix<double, D> change;
     for (std::size_t i = 0; i < D; ++i)
-      for (std::size_t k = 0; k < D; ++k) change.m[i][k] = dt_ / solids_.cell * double(gradient_[(p - begin_) * D * D + i * D + k]);
+      for (std::size_t k = 0; k < D; ++k) change.m[i][k] = dt_ / solids_.cell * double(gradient(p, i * D + k));
     trial.gradient = composed(change, trial.gradient);
     sum += elastic_energy(group, trial);
   }
@@ -327,31 +329,24 @@ template <class Law>
 void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
   using T = LawNumber<Real>;
   constexpr int W = NumberTraits<T>::kWidth;
-  constexpr std::size_t kAhead = 64;   // particles whose deformation is called for before it is needed
   constexpr std::size_t kStrain = D * D + 1, kStress = Stress<D, Real>{}.size();
   static_assert(sizeof(Deformation<Real, D>) == kStrain * sizeof(Real));
   const T scale = T(Real(dt_ / solids_.cell));
   T fastest = T(0), fastest_loose = T(0);   // stiffness [Pa]
   T least_volume = constant<T>(1e30), most_volume = constant<T>(-1e30);   // J - 1
-  std::array<Real, kStrain> no_strain{}, spare_strain;
-  std::array<Real, kStress> spare_stress;
+  const std::array<Real, kStrain> no_strain{};
+  const bool past_caches = group.next.size() * kStrain * sizeof(Real) > base::kHeldByCaches;
+  RowWriter<T, kStrain> strains(numbers_of<Real>(group.next[begin_]).data(), past_caches);
+  RowWriter<T, kStress> stresses(group.stress[begin_].data(), past_caches);
   for (std::size_t p = begin_; p < end_; p += W) {
     const int used = int(std::min<std::size_t>(W, end_ - p));
-    RowsAt<T, const Real> change_at, from;
-    RowsAt<T, Real> to, stress_to;
-    for (std::size_t l = 0; l < std::size_t(W); ++l) {
-      const bool is_one = int(l) < used;
-      const std::size_t q = p + l;
-      change_at[l] = is_one ? &gradient_[(q - begin_) * D * D] : no_strain.data();
-      const auto row_of = [&](std::size_t at) { return group.rows.empty() ? at : group.rows[at]; };
-      from[l] = is_one ? numbers_of<Real>(std::as_const(group.deformation[row_of(q)])).data() : no_strain.data();
-      base::prefetch(&group.deformation[row_of(std::min(q + kAhead, end_ - 1))]);
-      to[l] = is_one ? numbers_of<Real>(group.next[q]).data() : spare_strain.data();
-      stress_to[l] = is_one ? group.stress[q].data() : spare_stress.data();
-    }
+    RowsAt<T, const Real> from;
+    for (std::size_t l = 0; l < std::size_t(W); ++l)
+      from[l] = int(l) < used ? numbers_of<Real>(std::as_const(group.deformation[group.rows.empty() ? p + l : group.rows[p + l]])).data()
+                              : no_strain.data();
     std::array<T, D * D> change;
     std::array<T, kStrain> strain;
-    load_rows(change_at, change);
+    load_columns(&gradient(p, 0), room(), change);
     load_rows(from, strain);
     Matrix<T, D> step;
     Deformation<T, D> state;
@@ -380,8 +375,8 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
         sum += r.stress(i, k);
       }
     strain[D * D] = state.state;
-    store_rows(to, strain);
-    store_rows(stress_to, stress);
+    strains.write(strain, used);
+    stresses.write(stress, used);
     const T nothing = sum - sum;   // no number where any stress is none
     if (any(both(counts_here, none(nothing <= T(0)))) && lost < 0)
       for (int l = 0; l < used && lost < 0; ++l)
@@ -389,6 +384,7 @@ void BlockGather<D, Real>::deform(const Law& law, Group<D, Real>& group) {
     if (any(r.held))
       for (int l = 0; l < used; ++l) counts.held += lane(r.held, l);
   }
+  strains.finish(), stresses.finish();
   for (int l = 0; l < W; ++l) {
     limits.least_volume = std::min(limits.least_volume, 1 + double(lane(least_volume, l)));
     limits.most_volume = std::max(limits.most_volume, 1 + double(lane(most_volume, l)));
@@ -404,7 +400,7 @@ void BlockGather<D, Real>::run(Group<D, Real>& group, std::size_t block) {
   begin_ = ranges[0], end_ = ranges[per_block];
   const std::size_t count = end_ - begin_;
   if (lost >= 0) return;
-  velocity_.resize((count + lanes::kMotionSlack) * D), gradient_.resize((count + lanes::kMotionSlack) * D * D);
+  velocity_.resize(room() * D), gradient_.resize(room() * D * D);
   flags_.resize(count + 8);   // eight are read at a time
   const Cell<D> at = blocks_.lattice().block_at(group.ranges.occupied[block]);
   bool fast = false;

@@ -1,7 +1,10 @@
 #pragma once
 // Rows of a few numbers a particle <-> numbers of laws: element k of every row together.
 #include <array>
+#include <optional>
+#include <type_traits>
 
+#include "base/past_caches.h"
 #include "sim/solid/lanes.h"
 
 namespace sim {
@@ -47,6 +50,16 @@ SIM_INLINE void load_rows(const RowsAt<Lanes, const float>& at, std::array<Lanes
   }
 }
 
+/// The same of columns, `stride` apart: eight numbers of each are read for Lanes.
+template <std::size_t n>
+SIM_INLINE void load_columns(const double* first, std::size_t stride, std::array<double, n>& out) {
+  for (std::size_t k = 0; k < n; ++k) out[k] = first[k * stride];
+}
+template <std::size_t n>
+SIM_INLINE void load_columns(const float* first, std::size_t stride, std::array<Lanes, n>& out) {
+  for (std::size_t k = 0; k < n; ++k) out[k] = Lanes(_mm256_loadu_ps(first + k * stride));
+}
+
 template <std::size_t n>
 SIM_INLINE void store_rows(const RowsAt<double, double>& at, const std::array<double, n>& from) {
   for (std::size_t k = 0; k < n; ++k) at[0][k] = from[k];
@@ -69,6 +82,40 @@ SIM_INLINE void store_rows(const RowsAt<Lanes, float>& at, const std::array<Lane
     }
   }
 }
+
+/// Writes rows of n numbers that follow each other, as many particles' together as T holds; if asked past the caches.
+template <class T, std::size_t n>
+class RowWriter {
+ public:
+  RowWriter(RealOf<T>* first, bool past_caches) : at_(first) {
+    if constexpr (kWidth > 1)
+      if (past_caches) past_caches_.emplace(first);
+  }
+  /// Of T's particles the first `used`.
+  SIM_INLINE void write(const std::array<T, n>& values, int used) {
+    RowsAt<T, RealOf<T>> to;
+    const bool stages = past_caches_.has_value();
+    RealOf<T>* first = at_;
+    if constexpr (kWidth > 1)
+      if (stages) first = past_caches_->next();
+    for (std::size_t l = 0; l < kWidth; ++l) to[l] = stages || int(l) < used ? first + l * n : spare_.data();
+    store_rows(to, values);
+    at_ += n * std::size_t(used);
+    if constexpr (kWidth > 1)
+      if (stages) past_caches_->put(int(n) * used);
+  }
+  /// Once all are written.
+  void finish() {
+    if constexpr (kWidth > 1)
+      if (past_caches_) past_caches_->finish();
+  }
+
+ private:
+  static constexpr std::size_t kWidth = std::size_t(NumberTraits<T>::kWidth);
+  RealOf<T>* at_;
+  std::array<RealOf<T>, n> spare_;
+  std::conditional_t<(kWidth > 1), std::optional<base::PastCaches<int(n * kWidth)>>, std::optional<int>> past_caches_;
+};
 
 /// Where bit 0 of the particles' bytes is set; eight bytes are read for Lanes.
 inline bool flagged(const std::uint8_t* flags, double) { return *flags & 1; }

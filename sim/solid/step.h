@@ -148,7 +148,7 @@ class BlockGather {
   GatherAudit audit = {};
 
  private:
-  /// What the steps below hand to each other, of particles [begin_, end_): rows of D, D and D * D numbers a particle.
+  /// What the steps below hand to each other, of particles [begin_, end_): rows of D numbers a particle, and D * D columns of a number.
   enum Flag : std::uint8_t { kLoose = 1, kBesideLight = 2 };   // nobody else reaches its nodes; one of them is light
   std::vector<Real> velocity_;         // of the grid at the particle [m/s]
   std::vector<Real> gradient_;         // of it, row-major: component, axis [m/s a cell]
@@ -157,6 +157,9 @@ class BlockGather {
   std::vector<Vec<D, Real>> from_offset_;
   std::size_t begin_ = 0, end_ = 0;
 
+  std::size_t room() const { return end_ - begin_ + lanes::kMotionSlack; }   // numbers of a column
+  Real& gradient(std::size_t p, std::size_t number) { return gradient_[number * room() + p - begin_]; }
+  Real gradient(std::size_t p, std::size_t number) const { return gradient_[number * room() + p - begin_]; }
   void gather_plainly(Group<D, Real>&);
   void gather_eight_at_a_time(Group<D, Real>&, const Cell<D>& block, const std::uint32_t* begin) requires(D == 3 && std::is_same_v<Real, float>);
   void average_volume(const Particles<D, Real>&);

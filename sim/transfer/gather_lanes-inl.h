@@ -12,11 +12,11 @@
 #define SIM_TRANSFER_GATHER_LANES_INL_H
 #endif
 
+#include <algorithm>
 #include <array>
 #include <type_traits>
 
-#include <hwy/cache_control.h>
-
+#include "base/past_caches.h"
 #include "sim/transfer/lanes-inl.h"
 #include "sim/transfer/planes-inl.h"
 
@@ -97,12 +97,12 @@ class Terms {
 
 // --- particles ----------------------------------------------------------------------------------------------------------
 
-constexpr int kSlope = 3, kResults = 4;   // of an axis: three modes, and the derivative of the mean [1/cell]
+constexpr int kBend = 2, kDifference = 3, kResults = 4;   // of an axis: the mean, two modes of which the second is b, and d
 
 /// Lanes along an axis: the factors of the terms.
 template <int n, Axis axis>
 struct Factors {
-  V x, mean_of_b, mode_of_b, slope_of_b;
+  V x, mean_of_b, mode_of_b;
   hn::Mask<Lanes> upper;
 
   HWY_INLINE explicit Factors(V t) {
@@ -111,7 +111,6 @@ struct Factors {
       const V squared = hn::Mul(x, x);
       mean_of_b = hn::Add(squared, hn::Set(kTag, 0.25f));
       mode_of_b = hn::Mul(x, hn::NegMulAdd(hn::Set(kTag, 4.0f), squared, hn::Set(kTag, 3.0f)));
-      slope_of_b = hn::Add(x, x);
     }
   }
   /// A result from the terms; term(k) gives those of the lower stencil and then, on a wide axis, of the upper one.
@@ -124,17 +123,27 @@ struct Factors {
     if constexpr (n == 2) return which == 0 ? hn::MulAdd(x, own(1), own(0)) : own(1);
     else if (which == 0) return hn::MulAdd(mean_of_b, own(2), hn::MulAdd(x, own(1), own(0)));
     else if (which == 1) return hn::MulAdd(mode_of_b, own(2), own(1));
-    else if (which == 2) return own(2);
-    else return hn::MulAdd(slope_of_b, own(2), own(1));
+    else return own(which == kBend ? 2 : 1);
   }
+  /// The derivative of the mean [1/cell], from d or from the first mode.
+  HWY_INLINE V slope_from_difference(V d, V b) const { return hn::MulAdd(hn::Add(x, x), b, d); }
+  HWY_INLINE V slope_from_mode(V mode, V b) const { return hn::MulAdd(hn::Sub(hn::Add(x, x), mode_of_b), b, mode); }
 };
 
-/// Whether a set of `count` modes wants a product of results; with the gradient, the slopes along one axis each.
-template <int count, bool gradient>
+/// Whether the first mode along each axis is made of d and b contracted along the others, and with it the slope: in the set of 4 modes, where both are
+/// far fewer than all three.
+template <int n, int count>
+constexpr bool kByDifference = n == 3 && count <= 4;
+
+/// Whether a set of `count` modes wants a product of results; the gradient takes b, and d where that is kept, along one axis each.
+template <int n, int count, bool gradient>
 constexpr bool wants(const std::array<int, 3>& result) {
   const auto [a, b, c] = result;
-  if (a < kSlope && b < kSlope && c < kSlope) return keeps<count>(a, b, c) && (count == 27 || (a < 2 && b < 2 && c < 2));
-  return gradient && a + b + c == kSlope;
+  const int sum = a + b + c, most = std::max({a, b, c});
+  const bool along_one = sum == most && sum > 0;
+  if (along_one && kByDifference<n, count>) return most >= kBend && (gradient || count == 4);
+  if (along_one && most == kBend) return count == 27 || gradient;
+  return most < kDifference && keeps<count>(a, b, c) && (count == 27 || most < 2);
 }
 
 /// One axis after the other, and which results of the first, of the first two and of all three are wanted on the way.
@@ -158,14 +167,27 @@ constexpr Course kCourse = [] {
   for (int i = 0; i < kResults; ++i)
     for (int j = 0; j < kResults; ++j)
       for (int k = 0; k < kResults; ++k)
-        if (wants<count, gradient>(c.by_axis(i, j, k))) c.first[i] = c.two[i][j] = c.all[i][j][k] = true;
+        if (wants<S::n, count, gradient>(c.by_axis(i, j, k))) c.first[i] = c.two[i][j] = c.all[i][j][k] = true;
   return c;
 }();
 
 /// What eight particles of a cell want of a component, by results along x, y and z.
 struct Results {
   V at[kResults][kResults][kResults];
+  V slope[3];
 };
+
+/// What is made of results along an axis: the mode, the slope.
+template <class S, int count, bool gradient, int axis, class F>
+HWY_INLINE void finish_axis(const F& factors, Results& r) {
+  const auto along = [&](int which) -> V& { return r.at[axis == 0 ? which : 0][axis == 1 ? which : 0][axis == 2 ? which : 0]; };
+  if constexpr (kByDifference<S::n, count>) {
+    if constexpr (count == 4) along(1) = hn::MulAdd(factors.mode_of_b, along(kBend), along(kDifference));
+    if constexpr (gradient) r.slope[axis] = factors.slope_from_difference(along(kDifference), along(kBend));
+  } else if constexpr (gradient) {
+    r.slope[axis] = factors.slope_from_mode(along(1), along(kBend));
+  }
+}
 
 template <class S, int l, int count, bool gradient>
 HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Results& r) {
@@ -199,6 +221,7 @@ HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Res
           const auto [a, b, c] = course.by_axis(i, j, k);
           r.at[a][b][c] = third.result(k, [&](int w) { return of_two[i][j][w]; });
         }
+  finish_axis<S, count, gradient, P>(first, r), finish_axis<S, count, gradient, Q>(second, r), finish_axis<S, count, gradient, R>(third, r);
 }
 
 HWY_INLINE V coefficient(const Results& r, int number) {
@@ -233,11 +256,10 @@ struct BlockTerms {
   }
 };
 
-/// Coefficients of a batch, and if asked the gradient of the velocity and itself: scratch[3 component + axis] [m/s a cell] and scratch[9 + component]
-/// [m/s] are eight lanes.
-template <class S, bool gradient>
+/// Coefficients of a batch, and what `keep_more(component, results)` takes of them.
+template <class S, bool gradient, class Keep>
 HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep,
-                             float* HWY_RESTRICT scratch) {
+                             const Keep& keep_more) {
   terms.for_components([&](int component, const auto& own) {
     Results r;
     analyse<S, std::remove_cvref_t<decltype(own)>::kLattice, S::count, gradient>(own, cell, batch.t, r);
@@ -246,6 +268,7 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
       hn::Store(r.at[0][0][0], kTag, one);
       if (before) {
         Results old;
+        old.at[0][0][0] = hn::Zero(kTag);
         before->for_components([&](int c, const auto& its) {
           if (c == component) analyse<S, std::remove_cvref_t<decltype(its)>::kLattice, 1, false>(its, cell, batch.t, old);
         });
@@ -257,11 +280,7 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
     } else {
       store_component<S>(batch, component, r);
     }
-    if constexpr (gradient) {
-      const V slope[3] = {r.at[kSlope][0][0], r.at[0][kSlope][0], r.at[0][0][kSlope]};
-      for (int a = 0; a < 3; ++a) hn::Store(slope[a], kTag, scratch + (3 * component + a) * kLanes);
-      hn::Store(r.at[0][0][0], kTag, scratch + (9 + component) * kLanes);
-    }
+    keep_more(component, r);
   });
 }
 
@@ -292,40 +311,16 @@ class RowsInPlace {
  private:
   const Block& block_;
 };
-/// A line that is stored whole need not be read first. Rows come together here and leave as lines of 64 bytes; the first and the last of a block,
-/// which may be shared, go the usual way.
 template <class S>
 class RowsPastCaches {
  public:
-  HWY_INLINE explicit RowsPastCaches(const Block& block) {
-    float* const first = block.coefficients + std::size_t(block.begin[0]) * S::kRow;
-    skipped_ = held_ = int(reinterpret_cast<std::uintptr_t>(first) % 64 / sizeof(float));
-    line_ = first - held_;
-  }
-  HWY_INLINE float* begin(std::uint32_t) { return lines_ + held_; }
-  HWY_INLINE void end(int count) {
-    held_ += count * S::kRow;
-    int at = 0;
-    if (skipped_ > 0 && held_ >= kLineFloats) {
-      std::memcpy(line_ + skipped_, lines_ + skipped_, sizeof(float) * std::size_t(kLineFloats - skipped_));
-      at = kLineFloats, skipped_ = 0;
-    }
-    for (; at + kLineFloats <= held_; at += kLineFloats)
-      for (int part = 0; part < kLineFloats; part += kLanes) hn::Stream(hn::Load(kTag, lines_ + at + part), kTag, line_ + at + part);
-    for (int part = 0; part < kLineFloats; part += kLanes) hn::Store(hn::Load(kTag, lines_ + at + part), kTag, lines_ + part);
-    line_ += at, held_ -= at;
-  }
-  /// Once all are written.
-  HWY_INLINE void finish() {
-    std::memcpy(line_ + skipped_, lines_ + skipped_, sizeof(float) * std::size_t(held_ - skipped_));
-    hwy::FlushStream();
-  }
+  HWY_INLINE explicit RowsPastCaches(const Block& block) : rows_(block.coefficients + std::size_t(block.begin[0]) * S::kRow) {}
+  HWY_INLINE float* begin(std::uint32_t) { return rows_.next(); }
+  HWY_INLINE void end(int count) { rows_.put(count * S::kRow); }
+  HWY_INLINE void finish() { rows_.finish(); }
 
  private:
-  static constexpr int kLineFloats = 64 / sizeof(float);
-  alignas(64) float lines_[2 * kLineFloats + kLanes * S::kRow];   // what is to be written at line_, the beginning of a line
-  float* line_;
-  int held_, skipped_;                                            // numbers; of the first line those that are another block's
+  base::PastCaches<kLanes * S::kRow> rows_;
 };
 
 template <class S, class Rows>
@@ -338,7 +333,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
       float spare[3 * S::count + 4];
       prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, rows.begin(p), spare);
-      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, nullptr);
+      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, [](int, const Results&) {});
       rows.end(size);
     });
   }
@@ -348,7 +343,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
 template <class S>
 void gather_block(const Block& block, const Gathering& g) {
   BlockTerms<S> terms(g.tile);
-  if constexpr (S::count == 27) {
+  if constexpr (S::count >= 4) {
     if (block.streams) {
       RowsPastCaches<S> rows(block);
       return gather_particles<S>(block, g, terms, nullptr, rows);

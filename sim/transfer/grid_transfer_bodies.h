@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "base/parallel.h"
+#include "base/past_caches.h"
 #include "base/prefetch.h"
 #include "sim/transfer/carry.h"
 #include "sim/transfer/grid_transfer.h"
@@ -265,7 +266,7 @@ void GridTransfer<Layout>::gather(const CellRanges& ranges, const ActiveBlocks<D
   if (rule.flip) particles.settle();
   particles.rows.clear();
   const bool fast = is_fast() && ranges.home == home();
-  const bool streams = !after && particles.coefficients.size() * sizeof(Real) > lanes::kStreamedBytes;
+  const bool streams = !after && particles.coefficients.size() * sizeof(Real) > base::kHeldByCaches;
   base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
     const std::size_t begin = ranges.begin[b * per_block], end = ranges.begin[(b + 1) * per_block];
     if (!fast) gather_plainly(blocks, velocity, before, rule, begin, end, particles);

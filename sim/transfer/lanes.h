@@ -5,6 +5,7 @@
 // grid_transfer_bodies.h, which is the reference.
 //
 // No sum is over lanes, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the same bits.
+#include <cstddef>
 #include <cstdint>
 
 #include "sim/transfer/lattice.h"
@@ -39,21 +40,24 @@ struct Stresses {
   const float* row = nullptr;
   float factor = 1;                       // momentum, in units of a particle's mass, is factor times stress times the slopes of the weights [1/cell]
 };
-/// What a solid's gather writes besides coefficients, of all particles: three and nine (row-major: component, axis) numbers each. Whole vectors are
-/// written:
-/// room for kMotionSlack particles behind the block's is needed.
+/// What will be read next of the block's particles: a gather calls for it meanwhile.
+struct Wanted {
+  const char* rows = nullptr;             // null: nothing
+  std::size_t bytes = 0;                  // of a row; at most those of a line
+  const std::uint32_t* row = nullptr;     // of each particle; null: its own number
+};
+/// What a solid's gather writes besides coefficients. Whole vectors are written: room for kMotionSlack particles behind the block's is needed.
 inline constexpr int kMotionSlack = 8;
 struct Motions {
-  float* velocity = nullptr;              // [m/s]
-  float* gradient = nullptr;              // [m/s a cell]
+  float* velocity = nullptr;              // [m/s] three numbers a particle
+  float* gradient = nullptr;              // [m/s a cell] nine columns (row-major: component, axis) of a number a particle
+  std::size_t stride = 0;                 // from one column to the next
+  Wanted wanted = {};
 };
 struct MovingKernels {
   void (*scatter)(const Block&, const Stresses&, float* tile) = nullptr;                // as Scatter
   void (*gather)(const Block&, const float* tile, const Motions&) = nullptr;            // as Gather
 };
-
-/// Rows of so many bytes in all are more than caches hold.
-inline constexpr std::size_t kStreamedBytes = std::size_t(1) << 26;
 
 struct Kernels {
   Scatter scatter = nullptr;

@@ -15,31 +15,30 @@ void scatter_stressed_block(const Block& block, const Stresses& stresses, float*
   scatter_particles<S, true>(block, stresses.row, stresses.factor, tile);
 }
 
-/// G2P with the velocity and its gradient as rows of their own, while they are in registers: rows of coefficients are long.
+HWY_INLINE void prefetch_wanted(const Wanted& wanted, std::uint32_t p, int size) {
+  if (!wanted.rows) return;
+  for (std::uint32_t q = p; q < p + std::uint32_t(size); ++q) {
+    const char* const row = wanted.rows + wanted.bytes * (wanted.row ? wanted.row[q] : q);
+    __builtin_prefetch(row), __builtin_prefetch(row + wanted.bytes - 1);
+  }
+}
+
+/// G2P with the velocity and its gradient beside the coefficients, while they are in registers: rows of these are long.
 template <class S, class Rows>
 HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions,
                               Rows& rows) {
-  constexpr Half half{};
   float spare[3 * S::count + 4];
-  HWY_ALIGN float scratch[12 * kLanes];
+  V velocity[3];
   prefetch_offsets(block, p + 64, kLanes);
+  prefetch_wanted(motions.wanted, p, size);
   const Batch<S> batch(block, p, size, rows.begin(p), spare);
-  gather_batch<S, true>(batch, cell, terms, nullptr, 0, scratch);
+  gather_batch<S, true>(batch, cell, terms, nullptr, 0, [&](int component, const Results& r) {
+    velocity[component] = r.at[0][0][0];
+    float* const column = motions.gradient + std::size_t(3 * component) * motions.stride + p;   // lanes that do not count: the next batch's place
+    for (int a = 0; a < 3; ++a) hn::StoreU(r.slope[a], kTag, column + std::size_t(a) * motions.stride);
+  });
   rows.end(size);
-  float* const row = motions.gradient + 9 * std::size_t(p);   // lanes that do not count write what the next batch writes over
-#pragma GCC unroll 3
-  for (int g = 0; g < 3; ++g) {   // nine are no multiple of four: the last two groups overlap
-    const int from = g < 2 ? 4 * g : 5;
-    V c[4];
-    for (int k = 0; k < 4; ++k) c[k] = hn::Load(kTag, scratch + (from + k) * kLanes);
-    transpose(c[0], c[1], c[2], c[3]);
-    for (int l = 0; l < 4; ++l) {
-      hn::StoreU(hn::LowerHalf(half, c[l]), half, row + 9 * l + from);
-      hn::StoreU(hn::UpperHalf(half, c[l]), half, row + 9 * (l + 4) + from);
-    }
-  }
-  const float* const v = scratch + 9 * kLanes;
-  hn::StoreInterleaved3(hn::Load(kTag, v), hn::Load(kTag, v + kLanes), hn::Load(kTag, v + 2 * kLanes), kTag, motions.velocity + 3 * std::size_t(p));
+  hn::StoreInterleaved3(velocity[0], velocity[1], velocity[2], kTag, motions.velocity + 3 * std::size_t(p));
 }
 
 template <class S, class Rows>
@@ -56,7 +55,7 @@ HWY_INLINE void gather_moving_into(const Block& block, const float* tile, const 
 
 template <class S>
 void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
-  if constexpr (S::count == 27) {
+  if constexpr (S::count >= 4) {
     if (block.streams) {
       RowsPastCaches<S> rows(block);
       return gather_moving_into<S>(block, tile, motions, rows);

@@ -3,10 +3,12 @@
 #include <hwy/highway.h>
 
 #include <array>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
+#include "base/past_caches.h"
 #include "base/prefetch.h"
 
 namespace sim {
@@ -287,6 +289,7 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   keys_ = ranges.occupied;
   table_.build(keys_);
 
+  const bool streams = count * (sizeof(Cell<D>) + sizeof(std::int64_t) + sizeof(Vec<D, Real>)) > base::kHeldByCaches;
   const bool moves_rows = has_short_rows(particles.row());
   if (particles.rows.empty()) particles.rows.swap(sorted_.rows), particles.rows.clear();   // its storage serves again
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
@@ -295,6 +298,8 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   const std::int64_t* const ids = particles.id.data();
   base::parallel_chunks(ranges.occupied.size(), 16, [&, offsets, ids](std::size_t first_block, std::size_t end_block) {
     ByIds by_ids;
+    std::vector<Cell<D>> cells;
+    std::vector<std::int64_t> moved_ids;
     const std::size_t end = ranges.begin[end_block * per_block];
     const auto call_for = [=, from = from_.data()](std::size_t at) {
       const std::size_t q = from[std::min(at, end - 1)];   // where they come from is no pattern
@@ -304,27 +309,35 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
       const std::uint32_t* const begin_of = &ranges.begin[b * per_block];
       const std::size_t first = begin_of[0], held = begin_of[per_block] - first;
       by_ids.sort(&from_[first], begin_of, ids, std::integral_constant<std::size_t, per_block>{});
+      if (streams && cells.size() < held) cells.resize(held), moved_ids.resize(held);
+      Cell<D>* const cell = streams ? cells.data() : sorted_.cell.data() + first;
       const Cell<D> block = lattice.block_at(ranges.occupied[b]);
       for (std::size_t k = 0; k < per_block; ++k) {
         const std::size_t at = begin_of[k] - first;
-        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), begin_of[k + 1] - begin_of[k], held - at, sorted_.cell.data() + first + at);
+        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), begin_of[k + 1] - begin_of[k], held - at, cell + at);
       }
       const std::uint32_t* const __restrict sorted = by_ids.sorted.data();
       Vec<D, Real>* const __restrict offset = &sorted_.offset[first];
-      std::int64_t* const __restrict id = &sorted_.id[first];
+      std::int64_t* const __restrict id = streams ? moved_ids.data() : &sorted_.id[first];
       std::uint32_t* const __restrict from = &from_[first];
       for (std::size_t k = 0; k < held; ++k) {
         call_for(first + held + k);   // the next block's
         from[k] = sorted[k];
-        offset[k] = offsets[sorted[k]], id[k] = ids[sorted[k]];
+        std::memcpy(offset[k].data(), offsets[sorted[k]].data(), sizeof *offset);   // GCC takes a vector number by number
+        id[k] = ids[sorted[k]];
       }
       if (!moves_rows)
         for (std::size_t k = 0; k < held; ++k) sorted_.rows[first + k] = rows ? rows[sorted[k]] : sorted[k];
       if (home == Home::nearest_node) {
         const bool at_lower_side = std::any_of(block.begin(), block.end(), [](int at) { return at == 0; });
-        cells_of_homes<D, Real>(held, offset, lattice, at_lower_side, &sorted_.cell[first]);
+        cells_of_homes<D, Real>(held, offset, lattice, at_lower_side, cell);
+      }
+      if (streams) {   // nobody reads them before the transfers are done
+        base::copy_past_caches(&sorted_.cell[first], cell, held * sizeof(Cell<D>));
+        base::copy_past_caches(&sorted_.id[first], id, held * sizeof(std::int64_t));
       }
     }
+    base::written_past_caches();
   });
   particles.cell.swap(sorted_.cell), particles.offset.swap(sorted_.offset), particles.id.swap(sorted_.id);
   if (moves_rows) move_along(particles.coefficients, sorted_.coefficients, particles.row());
