@@ -2,9 +2,11 @@
 // map and stress of every law, from the same random state.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "sim/solid/rows.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
 #include "sim/solid/make_model.h"
@@ -190,6 +192,28 @@ TEST(SolidLanes, EveryModelRespondsAsItsDefinitionSays) {
 }
 
 // Velocities are of order 1, some of them after division by light nodes' masses; stresses are differences of numbers of order 1.
+TEST(SolidLanes, RowsAreWrittenAlikePastTheCachesAndNot) {
+  constexpr std::size_t n = 10, count = 237;
+  const auto written = [](bool past_caches, std::size_t first) {
+    std::vector<float> all(first + n * count + 20, -1);
+    RowWriter<Lanes, n> rows(&all[first], past_caches);
+    for (std::size_t p = 0; p < count; p += 8) {
+      std::array<Lanes, n> values;
+      for (std::size_t k = 0; k < n; ++k)
+        for (int l = 0; l < 8; ++l) values[k].set(l, float(n * (p + std::size_t(l)) + k));
+      rows.write(values, int(std::min<std::size_t>(8, count - p)));
+    }
+    rows.finish();
+    return all;
+  };
+  for (std::size_t first = 0; first < 16; ++first) {
+    const std::vector<float> all = written(false, first);
+    EXPECT_EQ(all[first + n * count - 1], float(n * count - 1));
+    EXPECT_EQ(std::count(all.begin(), all.end(), -1.0f), std::ptrdiff_t(first + 20));
+    EXPECT_EQ(written(true, first), all);
+  }
+}
+
 TEST(SolidLanes, AStepEightAtATimeIsThePlainStepInDoublePrecisionToRounding) {
   for (const std::int64_t modes : {1, 4, 8, 27})
     for (const Case& c : cases()) {

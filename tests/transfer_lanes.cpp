@@ -10,6 +10,7 @@
 
 #include <tbb/global_control.h>
 
+#include "base/past_caches.h"
 #include "sim/transfer/tiles.h"
 #include "tests/transfer_cases.h"
 
@@ -159,15 +160,14 @@ TEST(Lanes, FastEqualsPlainOnBlocksAroundParticlesOnly) {
   expect_equal_to_round_off(outcome(fast, blocks, field, false, particles), outcome(plain, blocks, field, false, particles), 27);
 }
 
-// 27 modes of more particles than caches hold leave past these, in whole lines: none of a neighbour's rows may be touched, whichever block comes
-// first.
-template <class Layout>
-void expect_rows_past_caches(const std::function<void(const lanes::Block&, const float* nodes)>& gather, Home home) {
-  constexpr int tile = Lattice<3>::kBlock + 3;
+// Rows of more particles than caches hold leave past these, in whole lines: none of a neighbour's may be touched, whichever block comes first.
+template <class Layout, int n = 3>
+void expect_rows_past_caches(int modes, const std::function<void(const lanes::Block&, const float* nodes)>& gather, Home home) {
+  constexpr int tile = Lattice<3>::kBlock + n;
   const Lattice<3> lattice = lattice_of<3>(9);
   const auto blocks = ActiveBlocks<3>::whole(lattice);
   const auto field = random_field<Layout>(blocks, 5);
-  auto particles = random_particles<3, float>(lattice, 3000, 27, 17);
+  auto particles = random_particles<3, float>(lattice, 3000, modes, 17);
   const CellRanges ranges = CanonicalOrder<3, float>().sort(particles, lattice, home);
   const auto gathered = [&](bool streams, bool backwards) {
     std::vector<float> rows(particles.coefficients.size() + 5, 7);   // not at the beginning of a line
@@ -190,12 +190,17 @@ TEST(Lanes, RowsPastTheCachesAreTheSame) {
   const auto plain = [](const lanes::Kernels& kernels) {
     return [kernels](const lanes::Block& block, const float* nodes) { kernels.gather(block, {.tile = nodes}); };
   };
-  expect_rows_past_caches<FaceLayout<3, float>>(plain(lanes::faces_quadratic(27)), Home::cell);
-  expect_rows_past_caches<NodeLayout<3, float>>(plain(lanes::nodes_quadratic(27)), Home::nearest_node);
-  expect_rows_past_caches<NodeLayout<3, float>>([](const lanes::Block& block, const float* nodes) {
-    std::vector<float> velocity(3 * 3100), gradient(9 * 3100);
-    lanes::nodes_quadratic_of_solids(27).gather(block, nodes, {.velocity = velocity.data(), .gradient = gradient.data(), .stride = 3100});
-  }, Home::nearest_node);
+  for (const int modes : {4, 8, 27}) {
+    expect_rows_past_caches<FaceLayout<3, float>>(modes, plain(lanes::faces_quadratic(modes)), Home::cell);
+    expect_rows_past_caches<NodeLayout<3, float>>(modes, plain(lanes::nodes_quadratic(modes)), Home::nearest_node);
+    expect_rows_past_caches<NodeLayout<3, float>>(modes, [modes](const lanes::Block& block, const float* nodes) {
+      std::vector<float> velocity(3 * 3100), gradient(9 * 3100);
+      lanes::nodes_quadratic_of_solids(modes).gather(block, nodes, {.velocity = velocity.data(), .gradient = gradient.data(), .stride = 3100});
+    }, Home::nearest_node);
+    if (modes == 27) continue;
+    expect_rows_past_caches<FaceLayout<3, float>, 2>(modes, plain(lanes::faces_linear(modes)), Home::cell);
+    expect_rows_past_caches<NodeLayout<3, float>, 2>(modes, plain(lanes::nodes_linear(modes)), Home::cell);
+  }
 }
 
 // What is called after each block finds the block's particles gathered, and all calls together every particle once.
@@ -420,6 +425,33 @@ TEST(Order, GoesByTheNearestNodeIfAsked) {
     for (std::size_t k = 0; k + 1 < ranges.begin.size(); ++k)
       for (std::size_t p = ranges.begin[k]; p < ranges.begin[k + 1]; ++p)
         ASSERT_EQ(node_of(p), ranges.occupied[k / 64] * 64 + std::int64_t(k % 64));
+  }
+}
+
+// Then what has been sorted is written past the caches.
+TEST(Order, IsTheSameOfMoreThanCachesHold) {
+  const Lattice<3> lattice = lattice_of<3>(50);
+  const std::size_t count = base::kHeldByCaches / 32 + 1234;
+  auto particles = random_particles<3, float>(lattice, count, 1, 3);
+  for (std::size_t p = 0; p < count; ++p) particles.id[p] = std::int64_t(p * 7919 % count);
+  for (const Home home : {Home::cell, Home::nearest_node}) {
+    std::vector<Site<3, float>> site_of(count);
+    for (std::size_t p = 0; p < count; ++p) site_of[std::size_t(particles.id[p])] = {particles.cell[p], particles.offset[p]};
+    const CellRanges ranges = CanonicalOrder<3, float>().sort(particles, lattice, home);
+    const auto place_of = [&](std::size_t p) {
+      Cell<3> place = particles.cell[p];
+      for (int a = 0; a < 3; ++a) place[std::size_t(a)] += home == Home::nearest_node && particles.offset[p][a] >= 0.5f;
+      return lattice.key(place);
+    };
+    std::size_t wrong = 0;
+    for (std::size_t k = 0; k + 1 < ranges.begin.size(); ++k)
+      for (std::size_t p = ranges.begin[k]; p < ranges.begin[k + 1]; ++p) {
+        const Site<3, float>& own = site_of[std::size_t(particles.id[p])];
+        wrong += place_of(p) != ranges.occupied[k / 64] * 64 + std::int64_t(k % 64);
+        wrong += p > ranges.begin[k] && particles.id[p - 1] >= particles.id[p];
+        wrong += own.cell != particles.cell[p] || own.offset != particles.offset[p];
+      }
+    EXPECT_EQ(wrong, 0u);
   }
 }
 
