@@ -250,6 +250,8 @@ sim::Frame read_points(const std::filesystem::path& path) {
     if (const std::size_t has = (frame.*scalar.values).size(); has != 0 && has != frame.id.size())
       base::throw_input(path.string(), std::string("some particles have no ") + scalar.name);
   sort_by_id(frame);
+  if (const auto twice = std::adjacent_find(frame.id.begin(), frame.id.end()); twice != frame.id.end())
+    base::throw_input(path.string(), "two particles have id " + std::to_string(*twice));
   for (std::size_t i = 0; i < frame.id.size(); ++i)
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       base::throw_input(path.string(), "particle " + std::to_string(frame.id[i]) + " has no finite position and velocity");

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/scratch_folder.h"
 #include "sim/simulation.h"
+#include "sim/verify/scenes.h"
 
 namespace {
 
@@ -214,6 +215,28 @@ TEST_F(CheckpointFile, OfAnotherSceneIsRefusedByTheSimulation) {
   for (sim::Column& column : state.columns)
     if (column.name == "cell") column.bytes[3] = std::byte{0x7f};   // a cell far outside
   EXPECT_THROW(linear->restore(state), base::Error);
+}
+
+// The canonical order, by cell and id, has one place for both. A solid's ids also say where its deformations stand.
+TEST_F(CheckpointFile, OfWhichTwoParticlesHaveOneIdIsRefusedByTheSimulation) {
+  sim::Scene jelly = sim::verify::open_scene(2, 1, 0.1);
+  jelly.bodies = {sim::verify::block({0.3, 0.3, 0}, {0.6, 0.6, 0}, sim::Material{})};
+  for (const sim::Scene& scene : {falling_column(sim::Transfer::apic, sim::Kernel::linear), jelly}) {
+    const auto simulation = sim::make_simulation(scene, 24);
+    sim::State state = simulation->state();
+    EXPECT_NO_THROW(simulation->restore(state));
+    const auto before = simulation->totals().state_hash;
+    for (sim::Column& column : state.columns)
+      if (column.name == "id") std::copy_n(column.bytes.begin() + 8 * 5, 8, column.bytes.begin() + 8 * 9);
+    try {
+      simulation->restore(state);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const base::Error& e) {
+      EXPECT_EQ(e.complaint().code, base::Exit::user);
+      EXPECT_TRUE(e.complaint().message.starts_with("two particles have id ")) << e.what();
+    }
+    EXPECT_EQ(simulation->totals().state_hash, before);
+  }
 }
 
 // The definition in docs/files.md, word by word, and the same sum however the bytes come.

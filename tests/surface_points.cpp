@@ -153,6 +153,20 @@ TEST(Points, LevelSetIsNotTakenForPoints) {
   EXPECT_NE(line.find("no point grid"), std::string::npos) << line;
 }
 
+// Another program may write such a file; whoever compares two frames particle by particle must know which is which.
+TEST(Points, OfWhichTwoHaveOneIdAreOneLine) {
+  const TemporaryFile file;
+  sim::Frame frame = scattered(100);
+  std::swap(frame.id[3], frame.id[90]);
+  surface::initialize();
+  base::Ledger ledger;
+  surface::write_points(file.path(), frame, ledger);
+  EXPECT_EQ(complaint_of(file.path()), "nothing was thrown");
+  frame.id[70] = frame.id[20];
+  surface::write_points(file.path(), frame, ledger);
+  EXPECT_EQ(complaint_of(file.path()), file.path().string() + ": two particles have id 61");
+}
+
 TEST(Points, FileCutShortAnywhereIsOneLine) {
   const TemporaryFile file;
   written_and_read(file.path(), scattered(500));

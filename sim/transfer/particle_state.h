@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <string>
 #include <type_traits>
+#include <vector>
 
+#include "base/error.h"
 #include "base/parallel.h"
 #include "sim/random.h"
 #include "sim/state.h"
@@ -22,11 +25,21 @@ void add_particles(const Particles<D, Real>& particles, State& state) {
   state.columns.push_back(make_column<std::int64_t>("id", particles.id, 1));
 }
 
+/// Throws base::Error when two are equal: the canonical order, by cell and id, would lose one of the two particles.
+inline void check_unique(std::vector<std::int64_t> ids) {
+  std::sort(ids.begin(), ids.end());
+  const auto twice = std::adjacent_find(ids.begin(), ids.end());
+  if (twice != ids.end()) throw base::Error({.message = "two particles have id " + std::to_string(*twice)});
+}
+
 /// `count` particles back, with the modes that `particles` has; false when the columns do not fit or a particle is outside the domain.
+/// Throws base::Error when two particles have one id.
 template <int D, class Real>
 bool read_particles(const State& state, std::int64_t count, const Lattice<D>& lattice, Particles<D, Real>& particles) {
   particles.rows.clear();
-  return read_column<std::int64_t>(state, "id", count, 1, particles.id) && read_column<std::int32_t>(state, "cell", count, D, particles.cell) &&
+  if (!read_column<std::int64_t>(state, "id", count, 1, particles.id)) return false;
+  check_unique(particles.id);
+  return read_column<std::int32_t>(state, "cell", count, D, particles.cell) &&
          read_column<Real>(state, "offset", count, D, particles.offset) &&
          read_column<Real>(state, "coefficients", count, std::int64_t(particles.row()), particles.coefficients) &&
          std::all_of(particles.cell.begin(), particles.cell.end(), [&](const Cell<D>& c) { return lattice.inside(c); });
