@@ -2,18 +2,27 @@
 // A folder for what nobody keeps.
 #include <stdlib.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <string>
 
+#include "base/error.h"
+
 namespace base {
 
-/// A new folder in the system's place for temporary files, removed with all its content at the end. Its path is empty when none can be made.
+/// A new folder in the place for temporary files, TMPDIR or /tmp, removed with all its content at the end.
+/// Throws base::Error, exit 5, when none can be made.
 class ScratchFolder {
  public:
   ScratchFolder() {
-    std::error_code none;
-    std::string pattern = (std::filesystem::temp_directory_path(none) / "polypic_XXXXXX").string();   // mkdtemp fills the X
-    if (!none && ::mkdtemp(pattern.data())) path_ = pattern;
+    const char* const named = ::getenv("TMPDIR");
+    const std::filesystem::path place = named && *named ? named : "/tmp";
+    std::string pattern = (place / "polypic_XXXXXX").string();   // mkdtemp fills the X
+    if (!::mkdtemp(pattern.data()))
+      throw Error({.code = Exit::io, .file = place.string(), .hint = "TMPDIR names another place",
+                   .message = std::string("no temporary folder can be made here: ") + std::strerror(errno)});
+    path_ = pattern;
   }
   ~ScratchFolder() {
     std::error_code none;

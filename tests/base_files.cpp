@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -32,6 +33,24 @@ TEST_F(Files, AreReadAsTheyWereWritten) {
   base::write_text_atomically(folder / "x.json", text);
   EXPECT_EQ(base::read_file(folder / "x.json"), text);
   EXPECT_EQ(names(), std::vector<std::string>{"x.json"});
+}
+
+TEST(ScratchFolder, ThatCannotBeMadeIsADiskErrorThatNamesThePlaceAndTheVariable) {
+  const base::ScratchFolder outer;
+  const char* const before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  const std::string missing = (outer.path() / "missing").string();
+  ::setenv("TMPDIR", missing.c_str(), 1);
+  try {
+    const base::ScratchFolder folder;
+    ADD_FAILURE() << folder.path();
+  } catch (const base::Error& e) {
+    EXPECT_EQ(e.complaint().code, base::Exit::io);
+    EXPECT_EQ(e.what(), missing + ": no temporary folder can be made here: No such file or directory (TMPDIR names another place)");
+  }
+  if (before) ::setenv("TMPDIR", kept.c_str(), 1);
+  else ::unsetenv("TMPDIR");
+  EXPECT_TRUE(fs::is_directory(base::ScratchFolder().path()));
 }
 
 TEST_F(Files, AreReplacedAsAWhole) {

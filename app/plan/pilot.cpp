@@ -175,7 +175,6 @@ class Measuring {
       : program_(std::move(program)), shot_(shot), overrides_(overrides), threads_(threads) {}
 
   std::optional<Pilot> measure(std::int64_t last_frame) {
-    if (scratch_.path().empty()) return {};
     const double picture = std::min({1.0, std::sqrt(kManyPixels / pixels()), std::sqrt(kManySamples / samples())});
     const double coarse = coarser_cell(shot_, kFewParticles);
     Pilot pilot;
