@@ -14,9 +14,9 @@ target_compile_definitions(test_app_plan PRIVATE EMBREE_COUNTER="$<TARGET_FILE:e
 add_dependencies(test_app_plan embree_calls)
 polypic_test(verify STARTS_PROGRAM LABEL slow)
 add_test(NAME kill_and_resume COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/kill_and_resume.sh $<TARGET_FILE:polypic> 8)
-set_tests_properties(kill_and_resume PROPERTIES LABELS slow TIMEOUT 300)
+set_tests_properties(kill_and_resume PROPERTIES LABELS slow TIMEOUT 300 COST 20)   # what takes long and one core starts first
 add_test(NAME full_disk COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/full_disk.sh $<TARGET_FILE:polypic> 12)
-set_tests_properties(full_disk PROPERTIES LABELS slow TIMEOUT 300 SKIP_RETURN_CODE 77)   # where no disk can be mounted
+set_tests_properties(full_disk PROPERTIES LABELS slow TIMEOUT 300 COST 30 SKIP_RETURN_CODE 77)   # where no disk can be mounted
 add_test(NAME launcher COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/launcher.sh ${PROJECT_SOURCE_DIR})
 set_tests_properties(launcher PROPERTIES LABELS fast TIMEOUT 60)
 # Counts instructions under callgrind: ctest -C full. The driver is for by hand: see the top of the script.
@@ -24,7 +24,7 @@ add_executable(step_instructions step_instructions.cpp)
 target_link_libraries(step_instructions PRIVATE polypic_sim)
 add_test(NAME plan_instructions CONFIGURATIONS full
          COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/step_instructions.py ${CMAKE_CURRENT_BINARY_DIR}/instructions $<TARGET_FILE:polypic>)
-set_tests_properties(plan_instructions PROPERTIES LABELS slow TIMEOUT 300)
+set_tests_properties(plan_instructions PROPERTIES LABELS slow TIMEOUT 300 COST 40)
 # Opens reports in headless Chromium.
 add_test(NAME report_in_browser CONFIGURATIONS full COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/browser.py $<TARGET_FILE:polypic>)
-set_tests_properties(report_in_browser PROPERTIES LABELS slow TIMEOUT 300)
+set_tests_properties(report_in_browser PROPERTIES LABELS slow TIMEOUT 300 COST 20)
