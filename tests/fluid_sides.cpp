@@ -96,6 +96,26 @@ TEST(FluidSides, ABallThatMovesWithTheWaterChangesNothing) {
   }
 }
 
+// A particle in a box that moves: what it has towards the box beyond the box's own velocity is lost, all else stays.
+TEST(FluidSides, WhatACollidersFaceMeetsGoesOnAsFastAsTheFace) {
+  Scene scene = channel(2, 0.1, 0, 1);
+  scene.colliders = {box(Vec3(0.3, 0, 0), Vec3(0.7, 0.4, 0), Vec3(0.5, 0, 0))};
+  const Solids<2> solids(scene, Lattice<2>({10, 4}));
+  struct Meeting {
+    int cell;            // of the particle: the first or the last in the box
+    double offset, before, after;
+  };
+  for (const auto& [cell, offset, before, after] : {Meeting{6, 0.9, 0, 0.5}, {6, 0.9, -1, 0.5}, {6, 0.9, 0.5, 0.5}, {6, 0.9, 0.8, 0.8},
+                                                    {3, 0.1, 1, 0.5}, {3, 0.1, 0.4, 0.4}, {3, 0.1, -1, -1}}) {
+    Moving<2, double> particle{{{cell, 2}, {offset, 0.5}}, {before, 0.3}};
+    const double pushed = solids.push_out(particle);
+    EXPECT_NEAR(pushed, 0.1, 0.002) << cell << ' ' << before;   // cells: to the face, and a hair
+    EXPECT_EQ(particle.site.cell[0], cell == 6 ? 7 : 2);
+    EXPECT_NEAR(particle.velocity[0], after, 1e-12) << cell << ' ' << before;
+    EXPECT_EQ(particle.velocity[1], 0.3);
+  }
+}
+
 // A plunger goes down into still water: the level rises by what it displaces, and no particle is in it.
 TEST(FluidSides, APlungerRaisesTheLevelByWhatItDisplaces) {
   Scene scene = channel(2, 0.02, 0, 1);
