@@ -107,7 +107,8 @@ struct Plastic {
     if (any(moderate)) {   // a lane's bits do not depend on the others'
       const Response<T, D> near = respond_to_moderate<T, D>(p);
       other.gradient = select<T, D>(moderate, p.gradient, other.gradient), other.state = select(moderate, p.state, other.state);
-      r = {select<T, D>(moderate, near.stress, r.stress), select(moderate, near.stiffness, r.stiffness), either(both(moderate, near.held), both(none(moderate), r.held))};
+      r = {select<T, D>(moderate, near.stress, r.stress), select(moderate, near.stiffness, r.stiffness),
+           either(both(moderate, near.held), both(none(moderate), r.held))};
     }
     p = other;
     return r;
