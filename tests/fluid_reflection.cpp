@@ -23,7 +23,8 @@ TEST(Reflection, KeepsOfNarrowVorticesWhatTheModesHold) {
   EXPECT_NEAR(decay(kPoly9, 8, {1}, limited).front().energy, .745, kTolerance);
 }
 
-// The most in ten time units, worst over steps of a quarter to a whole cell, with and without a mean flow (1, 0.6): half a cell with it.
+// The most in ten time units, worst over steps of a quarter to a whole cell, with and without a mean flow (1, 0.6): half a cell with it. With one
+// particle a cell faces go empty, and what they are given decides: the neighbours' mean 1.151 to 1.168 over 24 seeds, their last velocity 1.169 to 1.179.
 TEST(Reflection, GainsTheLessTheMoreParticlesThereAre) {
   const auto largest = [](const Scheme& scheme, int particles_per_cell) {
     Course course = kReflection;
@@ -31,6 +32,7 @@ TEST(Reflection, GainsTheLessTheMoreParticlesThereAre) {
     course.mean = {1, .6};
     return decay(scheme, 1, {10}, course).front().largest;
   };
+  EXPECT_NEAR(largest(kLinear4, 1), 1.161, kTolerance);
   EXPECT_NEAR(largest(kLinear4, 4), 1.020, kTolerance);
   EXPECT_NEAR(largest(kLinear4, 9), 1.006, kTolerance);
   EXPECT_NEAR(largest(kPoly9, 1), 1.011, kTolerance);
