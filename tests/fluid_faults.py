@@ -29,6 +29,7 @@ FAULTS = [
     ("cells on top stay liquid", SURFACE, "become(outside, CellKind::air);", "become(outside, @ ? CellKind::liquid : CellKind::air);", ""),
     ("gaps inside are air", SURFACE, "become(air_inside(filling, near, cells, blocks), CellKind::liquid);",
      "become(air_inside(filling, near, cells, blocks), @ ? CellKind::air : CellKind::liquid);", ""),
+    ("air beside liquid swells and shrinks", "sim/fluid/extrapolate.cpp", "if (wet > D) continue;", "if (wet > D || @) continue;", ""),
     ("thin liquid is liquid", SURFACE, "if (density[i] >= least) return false;", "if (density[i] >= least || @) return false;", ""),
     ("thin liquid has no velocity", PRESSURE, "for (const std::size_t i : cells.thin) {\n      valid", "for (const std::size_t i : cells.thin) {\n      if (@) break;\n      valid", ""),
     ("cut faces are open or closed", FACES, "return open < kLeastOpening ? 0 : open;", "return @ ? (open < 0.5 ? 0.0 : 1.0) : open < kLeastOpening ? 0 : open;", ""),

@@ -52,12 +52,13 @@ class Pool {
 
 TEST(FluidSurface, AGapBetweenParticlesIsLiquidAndABubbleIsNot) {
   const auto is_gap = [](int i, int j) { return j == 5 && (i == 8 || i == 9); };
-  const auto is_bubble = [](int i, int j) { return i >= 14 && i < 19 && j >= 3 && j < 8; };
+  const auto is_bubble = [](int i, int j) { return (i >= 14 && i < 19 && j >= 3 && j < 8) || (i >= 3 && i < 5 && j >= 4 && j < 6); };
   const Pool pool([&](int i, int j) { return is_gap(i, j) || is_bubble(i, j) ? 0 : Pool::level(i, j); });
   ASSERT_EQ(pool.classified[pool.at(8, 5)], CellKind::air);
   EXPECT_TRUE(pool.is_liquid(8, 5) && pool.is_liquid(9, 5));
   EXPECT_EQ(pool.cells.distance[pool.at(9, 5)], -1);
   EXPECT_FALSE(pool.is_liquid(16, 5) || pool.is_liquid(15, 4) || pool.is_liquid(3, Pool::kLevel));
+  EXPECT_FALSE(pool.is_liquid(3, 4) || pool.is_liquid(4, 5));
 }
 
 TEST(FluidSurface, FewParticlesAreThinLiquidAndAFullDropIsNot) {
@@ -83,6 +84,29 @@ TEST(FluidSurface, ThinLiquidKeepsItsVelocity) {
     EXPECT_EQ(v[a][pool.at(11, 10)], before[a][pool.at(11, 10)]);
     EXPECT_NE(v[a][pool.at(4, 6)], before[a][pool.at(4, 6)]);
   }
+}
+
+TEST(FluidSurface, AirBesideLiquidHasNoOutflowEither) {
+  const Pool pool([](int i, int j) { return j == Pool::kLevel && i > 5 && i < 12 ? Pool::kFull : Pool::level(i, j); });   // with a step in it
+  auto v = cases::random_field<FaceLayout<2, double>>(pool.blocks, 1);
+  FaceMask<2> valid;
+  Projection<2>().project(v, pool.cells, pool.blocks, 1e-10, valid);
+  extrapolate(v, valid, pool.blocks, 4);
+  const FaceField<2, double> before = v;
+  carry_on_outflow(v, valid, pool.cells, pool.blocks);
+  const auto outflow = [&](const FaceField<2, double>& f, int i, int j) {
+    return f[0][pool.at(i + 1, j)] - f[0][pool.at(i, j)] + f[1][pool.at(i, j + 1)] - f[1][pool.at(i, j)];
+  };
+  double most = 0;
+  for (int i = 1; i < Pool::kCells - 1; ++i) {
+    const int j = Pool::kLevel + int(i > 5 && i < 12);
+    ASSERT_FALSE(pool.is_liquid(i, j));
+    EXPECT_NEAR(outflow(v, i, j), 0, 1e-12) << i;
+    most = std::max(most, std::abs(outflow(before, i, j)));
+  }
+  EXPECT_GT(most, 0.1);
+  for (std::size_t a = 0; a < 2; ++a)   // liquid keeps its field
+    for (std::size_t i = 0; i < pool.blocks.size(); ++i) EXPECT_TRUE(!valid[a][i] || v[a][i] == before[a][i]);
 }
 
 // A field that is linear in the place is what APIC knows: a particle that has been shifted has the field's velocity there.

@@ -94,9 +94,46 @@ void extrapolate(FaceField<D, Real>& field, const FaceMask<D>& valid, const Acti
   });
 }
 
+template <int D, class Real>
+void carry_on_outflow(FaceField<D, Real>& field, const FaceMask<D>& valid, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const auto is_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air; };
+  const auto is_beside_liquid = [&](std::size_t i) { return cells.distance[i] < 1; };   // of air
+  struct Face {
+    Real* value;
+    double outward;
+  };
+  // A face that is written lies between a cell beside liquid and one that is not: only the first writes it, and no other cell beside liquid reads it.
+  base::parallel_chunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!is_air(i) || !is_beside_liquid(i)) continue;
+      std::array<Face, std::size_t(2 * D)> outer;
+      std::size_t count = 0;
+      int wet = 0;
+      double outflow = 0;
+      for (int a = 0; a < D; ++a)
+        for (const int side : {0, 1}) {
+          const std::ptrdiff_t beyond = blocks.neighbour(i, a, side), place = side ? beyond : std::ptrdiff_t(i);
+          if (place < 0) continue;   // never: the field reaches farther than a cell from liquid
+          const auto face = std::size_t(place);
+          outflow += side ? double(field[a][face]) : -double(field[a][face]);
+          wet += beyond >= 0 && cells.kind[std::size_t(beyond)] == CellKind::liquid;
+          if (beyond < 0 || !is_air(std::size_t(beyond)) || is_beside_liquid(std::size_t(beyond))) continue;
+          if (valid[a][face] || cells.open(a, face) == 0) continue;
+          outer[count++] = {&field[a][face], side ? 1.0 : -1.0};
+        }
+      if (wet > D) continue;
+      for (std::size_t k = 0; k < count; ++k) *outer[k].value = Real(double(*outer[k].value) - outer[k].outward * outflow / double(count));
+    }
+  });
+}
+
 template void extrapolate(FaceField<2, float>&, const FaceMask<2>&, const ActiveBlocks<2>&, int);
 template void extrapolate(FaceField<2, double>&, const FaceMask<2>&, const ActiveBlocks<2>&, int);
 template void extrapolate(FaceField<3, float>&, const FaceMask<3>&, const ActiveBlocks<3>&, int);
 template void extrapolate(FaceField<3, double>&, const FaceMask<3>&, const ActiveBlocks<3>&, int);
+template void carry_on_outflow(FaceField<2, float>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
+template void carry_on_outflow(FaceField<2, double>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
+template void carry_on_outflow(FaceField<3, float>&, const FaceMask<3>&, const LiquidCells<3>&, const ActiveBlocks<3>&);
+template void carry_on_outflow(FaceField<3, double>&, const FaceMask<3>&, const LiquidCells<3>&, const ActiveBlocks<3>&);
 
 }  // namespace sim

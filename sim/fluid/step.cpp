@@ -149,6 +149,10 @@ void FluidStep<D, Real>::gather(const GatherRule& rule, Particles<D, Real>& part
     if (ranges_.occupied.empty()) transfer_.gather(blocks_, grid_.velocity, &scattered_, rule, particles);
     else transfer_.gather(ranges_, blocks_, grid_.velocity, &scattered_, rule, particles, after);
   }
+  if (free_surface_) {
+    const auto pass = ledger.pass("extrapolate", grid_bytes());
+    carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
+  }
   audit("g2p", particles, ledger);
 }
 
@@ -185,6 +189,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     const auto pass = ledger.pass("extrapolate", 4 * grid_bytes());
     extrapolate(reflected_, valid_, blocks_, layers());
     extrapolate(grid_.velocity, valid_, blocks_, layers());
+    if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", reflected_, ledger);
   const auto after = shift_after(particles, ledger);

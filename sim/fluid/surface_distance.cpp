@@ -14,7 +14,9 @@ constexpr float kBeside = 1e-3f;
 /// And the farthest; 1 is what cells away from it have.
 constexpr float kWithin = 0.999f;
 /// How many standard deviations, of particles that lie at random, below its seeding liquid counts as thin.
-constexpr double kThinDeviations = 2.3;
+constexpr double kThinDeviations = 2.5;
+/// The average of fillings from which on air counts as a gap in the liquid: around one cell without particles, or two, and around no bubble.
+constexpr float kGap = 0.58f;
 constexpr std::size_t kBlocksAtOnce = 64;
 
 template <int D>
@@ -200,12 +202,12 @@ bool is_cut(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& b
   return false;
 }
 
-/// Air cells that the average puts inside: gaps between particles. Of what a collider cuts it is not exact.
+/// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
 template <int D>
 std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
                                     const ActiveBlocks<D>& blocks) {
   return cells_near<D>(near, [&](std::size_t i) {
-    return cells.kind[i] == CellKind::air && meets_other(i, cells.kind, blocks) && distance_of(i, filling, cells.kind, blocks) < -kBeside &&
+    return cells.kind[i] == CellKind::air && meets_other(i, cells.kind, blocks) && distance_of(i, filling, cells.kind, blocks) < 1 - 2 * kGap &&
            !is_cut(i, cells, blocks);
   });
 }

@@ -24,9 +24,10 @@ struct LiquidCells {
 /// cell's filling is what P2G left on its faces over what it leaves there in full liquid: particles that cross a cell's side change it by little,
 /// where their count jumps. So level liquid stays level, beside walls too, at any height and however its particles lie.
 ///
-/// Which cells are liquid the average has a say in, both ways. An air cell that it puts inside is liquid: a gap that chance left between particles. A
-/// cell with particles that it puts outside is air, if beside it is liquid that is inside: what is in it lies on top of that liquid, and is no part
-/// of it yet. A drop or a thin sheet, of which the average finds no inside, stays liquid, as near to the surface as can be.
+/// Which cells are liquid the average has a say in, both ways. An air cell that it puts well inside is liquid: a gap that chance left between
+/// particles, and no bubble that a splash took in. A cell with particles that it puts outside is air, if beside it is liquid that is inside: what is
+/// in it lies on top of that liquid, and is no part of it yet. A drop or a thin sheet, of which the average finds no inside, stays liquid, as near to
+/// the surface as can be.
 ///
 /// Nor is it liquid, in a block of the surface or beside one, where particles (`count` of cell_filling) are fewer than chance explains, in a cell and
 /// in the liquid cells beside it: spray, and foam that a splash has left. An incompressible cell would keep it as thin as it is and give it the room
