@@ -1,7 +1,10 @@
 #include "sim/fluid/extrapolate.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <span>
 
 #include "base/parallel.h"
 
@@ -94,35 +97,62 @@ void extrapolate(FaceField<D, Real>& field, const FaceMask<D>& valid, const Acti
   });
 }
 
+namespace {
+
+/// A face through which an air cell may pass on what flows into it.
+template <class Real>
+struct OuterFace {
+  Real* velocity;
+  Real side;   // 1 or -1: to the cell's upper or lower side
+  double outward() const { return double(side) * double(*velocity); }
+};
+
+/// Takes `outflow` off the faces in equal parts, up to `fastest` each; what one face cannot take the others do.
+template <class Real>
+void take_off(double outflow, double fastest, std::span<const OuterFace<Real>> faces) {
+  const bool gathers = outflow < 0;
+  const auto can_take = [&](const OuterFace<Real>& f) { return gathers ? f.outward() < fastest : f.outward() > -fastest; };
+  for (std::size_t round = 0; round < faces.size(); ++round) {
+    const auto free = std::count_if(faces.begin(), faces.end(), can_take);
+    if (free == 0) return;
+    const double part = outflow / double(free);
+    for (const OuterFace<Real>& f : faces) {
+      if (!can_take(f)) continue;
+      const double before = f.outward();
+      *f.velocity = f.side * Real(std::clamp(before - part, -fastest, fastest));
+      outflow += f.outward() - before;
+    }
+  }
+}
+
+}  // namespace
+
 template <int D, class Real>
 void carry_on_outflow(FaceField<D, Real>& field, const FaceMask<D>& valid, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   const auto is_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air; };
   const auto is_beside_liquid = [&](std::size_t i) { return cells.distance[i] < 1; };   // of air
-  struct Face {
-    Real* value;
-    double outward;
-  };
   // A face that is written lies between a cell beside liquid and one that is not: only the first writes it, and no other cell beside liquid reads it.
   base::parallel_chunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!is_air(i) || !is_beside_liquid(i)) continue;
-      std::array<Face, std::size_t(2 * D)> outer;
+      std::array<OuterFace<Real>, std::size_t(2 * D)> outer;
       std::size_t count = 0;
       int wet = 0;
-      double outflow = 0;
+      double outflow = 0, fastest = 0;
       for (int a = 0; a < D; ++a)
         for (const int side : {0, 1}) {
           const std::ptrdiff_t beyond = blocks.neighbour(i, a, side), place = side ? beyond : std::ptrdiff_t(i);
           if (place < 0) continue;   // never: the field reaches farther than a cell from liquid
           const auto face = std::size_t(place);
-          outflow += side ? double(field[a][face]) : -double(field[a][face]);
+          const double velocity = double(field[a][face]);
+          outflow += side ? velocity : -velocity;
+          fastest = std::max(fastest, std::abs(velocity));
           wet += beyond >= 0 && cells.kind[std::size_t(beyond)] == CellKind::liquid;
           if (beyond < 0 || !is_air(std::size_t(beyond)) || is_beside_liquid(std::size_t(beyond))) continue;
           if (valid[a][face] || cells.open(a, face) == 0) continue;
-          outer[count++] = {&field[a][face], side ? 1.0 : -1.0};
+          outer[count++] = {&field[a][face], Real(side ? 1 : -1)};
         }
-      if (wet > D) continue;
-      for (std::size_t k = 0; k < count; ++k) *outer[k].value = Real(double(*outer[k].value) - outer[k].outward * outflow / double(count));
+      if (wet <= D) take_off<Real>(outflow, fastest, std::span(outer).first(count));
     }
   });
 }

@@ -15,9 +15,9 @@ struct FaceMask : std::array<std::vector<std::uint8_t>, std::size_t(D)> {};
 template <int D, class Real>
 void extrapolate(FaceField<D, Real>&, const FaceMask<D>& valid, const ActiveBlocks<D>&, int layers);
 
-/// After `extrapolate`: in an air cell beside liquid the faces to air that is not get what is missing for its outflow to be 0, in equal parts.
-/// Particles on top of the liquid would else come together where it gathers, and stay dense when the liquid takes them in. Not in pits, with
-/// liquid on more than half of their sides: all that flows into one would leave as a jet.
+/// After `extrapolate`: in an air cell beside liquid the faces to air that is not get what is missing for its outflow to be 0, as far as none becomes
+/// faster than the cell's fastest: particles would hop off water at rest. Particles on top of the liquid would else come together where it gathers,
+/// and stay dense when the liquid takes them in. Not in pits, with liquid on more than half of their sides: all that flows into one would leave as a jet.
 template <int D, class Real>
 void carry_on_outflow(FaceField<D, Real>&, const FaceMask<D>& valid, const LiquidCells<D>&, const ActiveBlocks<D>&);
 
