@@ -157,6 +157,8 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"run", "x.toml", "--threads", "1", "--threads", "2"}, "--threads: needs one value"},
       {{"run", "x.toml", "--out", ""}, "--out: needs the name of a directory"},
       {{"diff", "a.png", "b.png", "--out", "d.jpg"}, "--out d.jpg: must end in .png"},
+      {{"plan", "x.toml", "--graph", "x.toml"}, "--graph x.toml: must end in .svg"},
+      {{"plan", "x.toml", "--graph", "passes"}, "--graph passes: must end in .svg"},
       {{"run", "x.toml", "--frames", "5-2"}, "--frames 5-2: ends before it begins (did you mean 2-5?)"},
       {{"cost", "p", "--single", "--vary", "sim.cell=1"}, "--vary: has no effect with --single: the problem runs once, as --set makes it"},
       {{"cost", "p", "--single", "--repeats", "3"}, "--repeats: has no effect with --single"},

@@ -128,6 +128,25 @@ TEST_F(PlanCommand, DrawsThePasses) {
   EXPECT_EQ(run({"plan", "x.toml", "--graph", "none/passes.svg"}).exit, 5);
 }
 
+TEST_F(PlanCommand, DrawsOverNothingThatTheShotIsMadeFrom) {
+  const std::string shot = std::string(kSmallShot) + "\n[[set]]\nname = \"m\"\nmesh = { file = \"m.obj\" }\n";
+  write("x.toml", shot);
+  write("m.obj", "v 0 0 0\nv 0.3 0 0\nv 0 0.3 0.2\nf 1 2 3\n");
+  const std::string mesh = text_of(folder / "m.obj");
+  std::filesystem::create_symlink("x.toml", folder / "shot.svg");
+  std::filesystem::create_hard_link(folder / "m.obj", folder / "mesh.svg");
+  for (const auto& [graph, line] : {std::pair("x.toml", "must end in .svg"), std::pair("shot.svg", "is the shot itself"),
+                                    std::pair("mesh.svg", "is a file that the shot names")}) {
+    const Outcome outcome = run({"plan", "x.toml", "--graph", graph});
+    EXPECT_EQ(outcome.exit, 2);
+    EXPECT_EQ(outcome.err, "polypic: --graph " + std::string(graph) + ": " + line + "\n");
+    EXPECT_EQ(outcome.out, "");
+  }
+  EXPECT_EQ(text_of(folder / "x.toml"), shot);
+  EXPECT_EQ(text_of(folder / "shot.svg"), shot);
+  EXPECT_EQ(text_of(folder / "mesh.svg"), mesh);
+}
+
 TEST_F(PlanCommand, RefusesWhatCannotFitBeforeItStarts) {
   for (const std::string command : {"plan", "run", "simulate"}) {
     const Outcome outcome = run({command, "x.toml", "--set", "sim.cell=0.0005"});

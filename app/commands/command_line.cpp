@@ -232,6 +232,7 @@ Request parse_command_line(int count, const char* const* given) {
   if (first == "diff" && request.out && request.out->extension() != ".png") refuse("--out " + *words.out, "must end in .png");
   if (words.graph && words.graph->empty()) refuse("--graph", "needs the name of an .svg file");
   if (words.graph) request.graph = *words.graph;
+  if (request.graph && request.graph->extension() != ".svg") refuse("--graph " + *words.graph, "must end in .svg");
   refuse_idle_options(request);
   return request;
 }
