@@ -27,6 +27,11 @@ height = 192
 
 class Sheet : public ProgramTest {
  protected:
+  void write_pictures(std::initializer_list<const char*> names) const {
+    const render::Image grey{.width = 32, .height = 32, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(32 * 32 * 3, 0.5f)};
+    base::Ledger ledger;
+    for (const char* name : names) render::write_png(folder / name, grey, {}, true, ledger);
+  }
   void expect_refusal(std::vector<std::string> words, const std::string& line) const {
     const Outcome outcome = run(std::move(words));
     EXPECT_EQ(outcome.exit, 2) << outcome.out;
@@ -62,14 +67,17 @@ TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
       shown = same;
     }
   EXPECT_EQ(shown, 1u);
+  for (const std::string kept : {"images/beauty.0001.png", "images/beauty.0002.png"}) {   // another frame's, and the one that is shown
+    const std::string before = text_of(folder / "pic" / kept);
+    expect_refusal({"sheet", "pic", "polypic", "--out", "pic/" + kept}, "--out pic/" + kept + ": is a picture of a run that is shown\n");
+    EXPECT_EQ(text_of(folder / "pic" / kept), before);
+  }
   expect_refusal({"sheet", "pic", "polypic", "--frames", "3"}, "pic: not all of the runs have a picture of frame 3");
   expect_refusal({"sheet", "pic", "both.png"}, "a sheet is of runs or of pictures, not of both");
 }
 
 TEST_F(Sheet, OfPicturesHasTheirNames) {
-  render::Image grey{.width = 32, .height = 32, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(32 * 32 * 3, 0.5f)};
-  base::Ledger ledger;
-  for (const char* name : {"a.png", "b.png", "c.png"}) render::write_png(folder / name, grey, {}, true, ledger);
+  write_pictures({"a.png", "b.png", "c.png"});
   const Outcome outcome = run({"sheet", "a.png", "b.png", "c.png", "--json"});
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out).at("labels"), (nlohmann::json{"a.png", "b.png", "c.png"}));
@@ -80,4 +88,15 @@ TEST_F(Sheet, OfPicturesHasTheirNames) {
   expect_refusal({"sheet"}, "RUN is required");
   expect_refusal({"sheet", "a.png", "--out", "sheet.jpg"}, "--out sheet.jpg: a sheet is a .png file");
   expect_refusal({"sheet", "a.png", "--frames", "1-2"}, "--frames 1-2: must be one frame");
+}
+
+TEST_F(Sheet, IsNotWrittenOverWhatItShows) {
+  write_pictures({"a.png", "b.png"});
+  std::filesystem::create_hard_link(folder / "a.png", folder / "same.png");
+  const std::string a = text_of(folder / "a.png"), b = text_of(folder / "b.png");
+  for (const std::string out : {"b.png", "./a.png", "same.png"})
+    expect_refusal({"sheet", "a.png", "b.png", "--out", out}, "--out " + out + ": is one of the pictures that are shown\n");
+  EXPECT_EQ(text_of(folder / "a.png"), a);
+  EXPECT_EQ(text_of(folder / "b.png"), b);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(run({"sheet", "a.png", "b.png"}).exit, 0);   // a sheet of before is written over
 }

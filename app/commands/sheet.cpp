@@ -73,6 +73,19 @@ Panels panels_of_pictures(const std::vector<std::string>& files) {
   return panels;
 }
 
+/// Also pictures of other frames of the runs: the ledger knows what they hold.
+void refuse_to_write_over(const fs::path& out, const std::vector<std::string>& pictures, const std::vector<Folder>& runs) {
+  std::vector<fs::path> kept(pictures.begin(), pictures.end());
+  for (const Folder& run : runs)
+    for (const Stage stage : {Stage::preview, Stage::render})
+      for (const std::int64_t frame : run.recorded_frames(stage))
+        for (const fs::path& file : run.outputs(stage, frame)) kept.push_back(file);
+  std::error_code none;
+  for (const fs::path& file : kept)
+    if (fs::equivalent(out, file, none))
+      base::throw_input("--out " + out.string(), runs.empty() ? "is one of the pictures that are shown" : "is a picture of a run that is shown");
+}
+
 }  // namespace
 
 void sheet(const Request& request) {
@@ -85,6 +98,7 @@ void sheet(const Request& request) {
     throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
   for (const Folder& run : runs)
     if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
+  refuse_to_write_over(out, request.subjects, runs);
   const Panels panels = runs.empty() ? panels_of_pictures(request.subjects) : panels_of_runs(runs, request.frames);
   base::Ledger ledger;
   const render::Image image = render::sheet(panels.pictures, panels.labels);
