@@ -116,6 +116,18 @@ TEST_F(CostProgram, RefusesAtOnceToWriteWhereAFileIs) {
   EXPECT_EQ(made.out, "");
 }
 
+TEST_F(CostProgram, LeavesTheReportOfARunAlone) {
+  fs::create_directories(folder / "film/ledger");   // as a run leaves it that was killed; one that has ended has run.json
+  write("film/report.html", "the run's");
+  const auto before = files();
+  const Outcome made = cost(kQuick + "--vary sim.transfer=apic,polypic --out film/");
+  EXPECT_EQ(made.exit, 2);
+  EXPECT_EQ(made.err, "polypic: --out film/: is the directory of a run, whose report.html would be written over\n");
+  EXPECT_EQ(made.out, "");
+  EXPECT_EQ(files(), before);
+  EXPECT_EQ(text_of(folder / "film/report.html"), "the run's");
+}
+
 TEST_F(CostProgram, SaysBeforehandWhatItWouldRun) {
   const Outcome made = cost(kQuick + "--vary sim.transfer=apic,polypic --dry-run --out study");
   ASSERT_EQ(made.exit, 0) << made.err;

@@ -111,3 +111,15 @@ TEST_F(Verify, RefusesAtOnceToWriteWhereAFileIs) {
   EXPECT_EQ(outcome.err, "polypic: taken: Not a directory\n");
   EXPECT_EQ(outcome.out, "");
 }
+
+TEST_F(Verify, LeavesTheReportOfARunAlone) {
+  std::filesystem::create_directory(folder / "film");
+  for (const std::string name : {"shot.toml", "run.json", "report.html"}) write("film/" + name, "the run's");
+  const auto before = files();
+  const Outcome outcome = run({"verify", "return_mapping", "--out", "film"});
+  EXPECT_EQ(outcome.exit, 2);
+  EXPECT_EQ(outcome.err, "polypic: --out film: is the directory of a run, whose report.html would be written over\n");
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(files(), before);
+  EXPECT_EQ(text_of(folder / "film/report.html"), "the run's");
+}

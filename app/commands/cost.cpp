@@ -7,6 +7,7 @@
 
 #include "app/commands/commands.h"
 #include "app/stages/document.h"
+#include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
 #include "app/study/cost.h"
 #include "app/study/cost_report.h"
@@ -55,6 +56,7 @@ bool cost(const Request& request) {
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
   refuse_what_is_given_twice(order.vary, order.overrides);
   if (fs::exists(order.out) && !fs::is_directory(order.out)) base::throw_io(order.out.string(), "Not a directory");
+  Folder::refuse_for_other_reports(order.out);
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);

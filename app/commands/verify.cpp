@@ -10,6 +10,7 @@
 
 #include "app/commands/commands.h"
 #include "app/stages/document.h"
+#include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/stopwatch.h"
 #include "base/atomic_file.h"
@@ -30,6 +31,7 @@ bool verify(const Request& request) {
     return true;
   }
   const std::filesystem::path out = request.out.value_or("out/verify");
+  Folder::refuse_for_other_reports(out);
   std::error_code failure;
   std::filesystem::create_directories(out / "pictures", failure);   // before anything runs
   if (failure) base::throw_io(out.string(), failure.message());

@@ -106,6 +106,13 @@ bool Folder::has_ledger() const {
   return fs::is_directory(root_ / kLedger, none);
 }
 
+void Folder::refuse_for_other_reports(const fs::path& out) {
+  const Folder folder(out);
+  std::error_code none;
+  if (folder.has_ledger() || fs::exists(folder.run(), none))
+    base::throw_input("--out " + out.string(), "is the directory of a run, whose report.html would be written over");
+}
+
 std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }
 
 void Folder::make_room_for(const fs::path& file) {

@@ -42,6 +42,8 @@ class Folder {
   bool has_frames() const;
   /// A run was here, even when none of its frames is left.
   bool has_ledger() const;
+  /// Of a study or of verified cases: throws base::Error (exit 2) where a run was, whose report theirs would replace.
+  static void refuse_for_other_reports(const std::filesystem::path& out);
   /// Frames that have a checkpoint, ascending.
   std::vector<std::int64_t> checkpoints() const;
 
