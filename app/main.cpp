@@ -41,6 +41,7 @@ int main(int count, char** words) {
     return static_cast<int>(base::Exit::user);
   }
   if (!has_standard_streams()) return static_cast<int>(base::Exit::io);   // with no place to say so
+  std::signal(SIGPIPE, SIG_IGN);   // a reader of the output that goes away ends no command
   std::signal(SIGXFSZ, SIG_IGN);   // a file over the limit is a write that fails, not a crash
   flush_denormals();
   use_one_blas_thread();

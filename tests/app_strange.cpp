@@ -173,6 +173,16 @@ TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {
   expect_no_dot_files();
 }
 
+// Started with the signal as a login shell leaves it: what a runner of tests ignores, its children would, too.
+TEST_F(Strange, AReaderThatLeavesIsNoErrorOfAnyCommand) {
+  for (const std::string words : {"list", "params", "verify --list", "info x.toml", "help run"}) {
+    const Outcome outcome = shell("{ (while echo; do :; done) 2>/dev/null; env --default-signal=PIPE $P " + words + "; echo $? >code; } | true");
+    EXPECT_EQ(text_of(folder / "code"), "0\n") << words;
+    EXPECT_EQ(outcome.err, "") << words;
+    fs::remove(folder / "code");
+  }
+}
+
 TEST_F(Strange, ATerminalThatGoesAwaySavesTheRun) {
   const Outcome stopped = run_until(
       {"simulate", "x.toml", "--frames", "1-2000"}, [&] { return fs::exists(folder / "out/x/ledger/simulate.0003.json"); }, SIGHUP);

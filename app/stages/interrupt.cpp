@@ -26,7 +26,6 @@ void catch_signals() {
   struct sigaction hangup {};
   sigaction(SIGHUP, nullptr, &hangup);
   if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);   // under nohup it is ignored, and stays so
-  std::signal(SIGPIPE, SIG_IGN);   // a reader of the progress that goes away stops no run
 }
 
 bool signal_came() { return caught_signal != 0; }

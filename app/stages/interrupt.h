@@ -19,7 +19,7 @@ class Interrupted : public std::runtime_error {
   int signal_;
 };
 
-/// From here on these signals are remembered instead of ending the program, and a closed pipe is a write that fails.
+/// From here on SIGINT, SIGTERM and SIGHUP are remembered instead of ending the program.
 void catch_signals();
 bool signal_came();
 /// Throws Interrupted when a signal came.
