@@ -192,7 +192,12 @@ std::string version_text() {
     refuse(word, (word.starts_with('-') ? "not an option of polypic " : "is one word too many for polypic ") + name, hint);
   }
   if (name == "cost" && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) refuse("cost", "needs a shot or a problem", hint);
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) refuse(text.substr(0, text.find(':')), "needs one value", hint);
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    const std::string option = text.substr(0, text.find(':'));
+    const CLI::Option* const known = command.get_option_no_throw(option);
+    if (known != nullptr && known->count() > 1) refuse(option, "given twice", hint);
+    refuse(option, "needs one value", hint);
+  }
   refuse("", text.substr(0, text.find('\n')), hint);
 }
 
