@@ -84,7 +84,9 @@ TEST_F(Sheet, OfPicturesHasTheirNames) {
   EXPECT_EQ(render::read_image(folder / "sheet.png").width, nlohmann::json::parse(outcome.out).at("width"));
   std::filesystem::create_directory(folder / "empty");
   expect_refusal({"sheet", "empty"}, "empty: not the directory of a run");
-  expect_refusal({"sheet", "none.png"}, "none.png: ");
+  expect_refusal({"sheet", "none.png"}, "none.png: no such run or picture\n");
+  expect_refusal({"sheet", "empty", "none"}, "none: no such run or picture\n");   // before what it says of runs and of pictures
+  expect_refusal({"sheet", "a.png", "none.png"}, "none.png: no such run or picture\n");
   expect_refusal({"sheet"}, "RUN is required");
   expect_refusal({"sheet", "a.png", "--out", "sheet.jpg"}, "--out sheet.jpg: a sheet is a .png file");
   expect_refusal({"sheet", "a.png", "--frames", "1-2"}, "--frames 1-2: must be one frame");

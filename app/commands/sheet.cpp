@@ -65,7 +65,6 @@ Panels panels_of_runs(const std::vector<Folder>& runs, const std::optional<Frame
 Panels panels_of_pictures(const std::vector<std::string>& files) {
   Panels panels;
   for (const std::string& file : files) {
-    if (!fs::exists(file)) base::throw_input(file, "no such run or picture");
     panels.pictures.push_back(render::read_image(file));
     if (panels.pictures.back().channels.size() < 3) base::throw_input(file, "has no red, green and blue");
     panels.labels.push_back(fs::path(file).filename().string());
@@ -92,8 +91,10 @@ void sheet(const Request& request) {
   const fs::path out = request.out.value_or("sheet.png");
   if (out.extension() != ".png") throw base::Error({.file = "--out " + out.string(), .message = "a sheet is a .png file"});
   std::vector<Folder> runs;
-  for (const std::string& subject : request.subjects)
+  for (const std::string& subject : request.subjects) {
+    if (!fs::exists(subject)) base::throw_input(subject, "no such run or picture");
     if (fs::is_directory(subject)) runs.emplace_back(subject);
+  }
   if (!runs.empty() && runs.size() != request.subjects.size())
     throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
   for (const Folder& run : runs)
