@@ -102,3 +102,16 @@ TEST_F(Sheet, IsNotWrittenOverWhatItShows) {
   EXPECT_EQ(text_of(folder / "b.png"), b);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(run({"sheet", "a.png", "b.png"}).exit, 0);   // a sheet of before is written over
 }
+
+// The picture and the labels are in the run's directory; the mesh lies beside the shot that it came from.
+TEST_F(Sheet, OfARunWhoseShotNamesAMeshNeedsNoMesh) {
+  for (const char* place : {"ring/ledger", "ring/preview"}) std::filesystem::create_directories(folder / place);
+  write("ring/shot.toml", "[sim]\ndomain = [[0, 0, 0], [1, 1, 1]]\ncell = 0.1\n[[body]]\nname = \"ring\"\n"
+                          "shape = { mesh = { file = \"elsewhere.obj\" } }\n");
+  write("ring/ledger/preview.0001.json", "{}");
+  write_pictures({"ring/preview/preview.0001.png"});
+  const Outcome outcome = run({"sheet", "ring", "--json"});
+  ASSERT_EQ(outcome.exit, 0) << outcome.err;
+  const auto label = nlohmann::json::parse(outcome.out).at("labels")[0].get<std::string>();
+  EXPECT_TRUE(label.starts_with("ring  ") && label.ends_with("frame 1  t = 0.000 s  0.0 s")) << label;
+}

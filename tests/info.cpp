@@ -118,6 +118,18 @@ TEST_F(Info, KnowsShotsMoviesAndCheckpoints) {
   EXPECT_EQ(checkpoint.at("columns").at(0), Json::parse(R"({"name": "offset", "type": "float32", "rows": 10, "width": 3})"));
 }
 
+// A run's copy of its shot: the mesh lies beside the shot that it came from.
+TEST_F(Info, KnowsAShotWhoseFilesLieElsewhere) {
+  std::string text = kSmallShot;
+  const std::string shape = "{ box = [[0, 0, 0], [0.27, 0.3, 0.18]] }";
+  text.replace(text.find(shape), shape.size(), "{ mesh = { file = \"elsewhere.obj\" } }");
+  write("ring.toml", text);
+  const Json shot = info("ring.toml").at("shot");
+  EXPECT_EQ(shot.at("bodies"), 1);
+  EXPECT_EQ(shot.at("cell"), 0.03);
+  EXPECT_EQ(run({"plan", "ring.toml"}).exit, 2);   // which needs what is inside
+}
+
 TEST_F(Info, RefusesAnythingElseInOneLine) {
   fs::create_directory(folder / "folder.vdb");
   for (const std::string end : {".vdb", ".exr", ".png", ".mp4", ".h5", ".json", ".toml", ".doc"}) {

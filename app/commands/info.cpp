@@ -75,7 +75,7 @@ Json checkpoint_info(const fs::path& file) {
 }
 
 Json shot_info(const fs::path& file) {
-  const Shot shot = read_shot(file, {});
+  const Shot shot = read_shot_alone(file, {});
   return {{"schema", 1},
           {"file", file.string()},
           {"kind", "shot"},

@@ -28,7 +28,7 @@ std::optional<std::int64_t> common_frame(const std::vector<Folder>& runs, Stage 
 
 /// NAME  PolyPIC full linear  frame 12  t = 0.458 s  31.5 s: the last is what simulating took so far.
 std::string label_of(const Folder& run, std::int64_t frame) {
-  const Shot shot = read_shot(run.shot(), {});
+  const Shot shot = read_shot_alone(run.shot(), {});
   double seconds = 0;
   for (const std::int64_t f : run.recorded_frames(Stage::simulate))
     if (const auto record = read_record(run, Stage::simulate, f); record && f <= frame) seconds += record->seconds;

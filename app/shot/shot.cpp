@@ -233,8 +233,12 @@ void Shot::params(base::Params& p) {
   for (std::size_t i = 0; i < render.sets.size(); ++i) require_look(p, render.looks, render.sets[i].look, "set." + std::to_string(i + 1) + ".look");
 }
 
+Shot read_shot_alone(const std::filesystem::path& file, const Overrides& overrides) {
+  return make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
+}
+
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  Shot shot = make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
+  Shot shot = read_shot_alone(file, overrides);
   for (sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) read_body(*body.shape.mesh, file.parent_path());
   return shot;

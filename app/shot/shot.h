@@ -43,6 +43,8 @@ struct Overrides {
 /// Precedence: default < built-in rung < the shot's key < the shot's own [quality.RUNG] < --set.
 /// Throws base::Error (exit 2) with file, line, column, key, value and what is allowed.
 Shot read_shot(const std::filesystem::path&, const Overrides&);
+/// The same, but files that the shot names are not read and need not be there: for who asks for its keys, as a run keeps them, and makes nothing.
+Shot read_shot_alone(const std::filesystem::path&, const Overrides&);
 
 /// SHOT of the command line: a file, or the name of a shipped shot. Throws "PATH: reason" (exit 2) when there is neither.
 std::filesystem::path find_shot(const std::string& shot);
