@@ -1,5 +1,8 @@
 #include "sim/simulation.h"
 
+#include <cassert>
+
+#include "sim/empty_body.h"
 #include "sim/fluid/liquid.h"
 #include "sim/solid/solid.h"
 
@@ -15,6 +18,8 @@ bool Simulation::advance(base::Ledger& ledger, const std::function<bool()>& inte
 }
 
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, double fps) {
+  assert(!scene.bodies.empty() && "a shot has a body");
+  if (const std::optional<EmptyBody> empty = find_empty_body(scene)) throw base::Error(empty->complaint);
   return scene.options.is_solid() ? make_solid(scene, fps) : make_liquid(scene, fps);
 }
 

@@ -51,7 +51,7 @@ class Simulation {
   virtual void restore(const State&) = 0;
 };
 
-/// Particles seeded, grid allocated, at t = 0 and frame 1. Throws base::Error when the scene holds no particle.
+/// Particles seeded, grid allocated, at t = 0 and frame 1. Throws base::Error when a body gets no particle.
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, double fps);
 
 }  // namespace sim

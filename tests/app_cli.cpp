@@ -102,9 +102,10 @@ TEST_F(CommandLine, RefusesAShapeThatIsNeitherBoxNorSphere) {
   expect_refusal({"run", "x.toml"}, 2, {"x.toml:", "shape"});
 }
 
-TEST_F(CommandLine, RefusesAShotWithoutAParticle) {
+TEST_F(CommandLine, RefusesAShotWithABodyThatGetsNoParticle) {
   write_changed("[[0, 0, 0], [0.27, 0.3, 0.18]]", "[[5, 5, 5], [6, 6, 6]]");
-  expect_refusal({"run", "x.toml"}, 2, {"body: no particle"});
+  for (const std::string command : {"run", "simulate", "plan"})
+    expect_refusal({command, "x.toml"}, 2, {"x.toml:15:9: body.column.shape: no particle: it lies outside the domain\n"});
 }
 
 TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {

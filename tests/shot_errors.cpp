@@ -82,6 +82,46 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
   for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
 }
 
+// A body that got no particle would be missing from the film without a word.
+TEST_F(BadShot, IsToldWhichBodyGetsNoParticleAndWhy) {
+  const auto body = [](const std::string& name, const std::string& shape) {
+    return "[[body]]\nname = \"" + name + "\"\nshape = " + shape + "\n";
+  };
+  const std::string solid = "[sim]\nsolver = \"solid\"\n" + body("jelly", "{ box = [[0.1, 0.1, 0.1], [0.5, 0.5, 0.5]] }");
+  const std::string hidden = "x.toml:8:9: body.steel.shape: no particle: it lies inside ", owner = " (a place belongs to the first body that holds it)";
+  const std::vector<Bad> table = {
+      {body("steel", "{ box = [[0.8, 0.8, 1], [0.9, 0.9, 1.2]] }"), "x.toml:8:9: body.steel.shape: no particle: it lies outside the domain"},
+      {body("steel", "{ box = [[0.8, 0.8, 0.8], [0.801, 0.801, 0.801]] }"),
+       "x.toml:8:9: body.steel.shape: no particle: it is too small for their spacing of 0.01 m"},
+      {body("steel", "{ box = [[0.8, 0.8, 0.9999], [0.9, 0.9, 2]] }"),
+       "x.toml:8:9: body.steel.shape: no particle: what of it lies in the domain is too small for their spacing of 0.01 m"},
+      {body("steel", "{ sphere = { center = [0.3, 0.3, 0.3], radius = 0.2 } }"), hidden + "body jelly" + owner},
+      {body("steel", "{ sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }") +
+           "[[collider]]\nname = \"post\"\nshape = { box = [[0.7, 0.7, 0], [0.9, 0.9, 0.9]] }\n",
+       hidden + "collider post"},
+      {body("steel", "{ box = [[0.4, 0.2, 0.2], [0.6, 0.3, 0.3]] }") +
+           "[[collider]]\nname = \"post\"\nshape = { box = [[0.45, 0.1, 0], [0.7, 0.5, 0.5]] }\n",
+       hidden + "collider post and body jelly" + owner},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(solid + bad.text), bad.line) << bad.text;
+  const std::string set = "body.column.shape={sphere={center=[0.5,0.5,0.5],radius=1e-3}}";   // of a liquid, in mid-domain
+  EXPECT_EQ(line(kLeast, {set}), "--set " + set + ": body.column.shape: no particle: it is too small for their spacing of 0.01 m");
+  const std::string flat = "[sim]\ndimension = 2\ncell = 0.1\n[[body]]\nshape = { box = [[0, 0], [0.5, 1]] }\n"
+                           "[[body]]\nshape = { box = [[0, 0], [0.2, 0.2]] }\n";
+  EXPECT_EQ(line(flat), "x.toml:7:9: body.2.shape: no particle: it lies inside body 1" + owner);
+}
+
+// What is only partly in the domain, or partly taken, is a body; so is one that reaches in across a periodic side.
+TEST_F(BadShot, IsNoneWhereEveryBodyHasAPlaceOfItsOwn) {
+  const std::string second = "[[body]]\nname = \"second\"\nshape = ";
+  EXPECT_EQ(line(kLeast + second + "{ box = [[0.2, 0.2, 0.2], [0.51, 0.8, 0.8]] }\n"), "no error");   // a skin of it
+  EXPECT_EQ(line(kLeast + second + "{ box = [[0.99, 0.5, 0.5], [7, 0.6, 0.6]] }\n"), "no error");
+  const std::string beyond = second + "{ box = [[1.6, 0.2, 0.2], [1.8, 0.8, 0.8]] }\n";
+  const std::string ends = "[sim]\nboundary = { x_lower = \"periodic\", x_upper = \"periodic\" }\n";
+  EXPECT_EQ(line(kLeast + beyond + ends), "no error");
+  EXPECT_NE(line(kLeast + beyond), "no error");
+}
+
 // The same for the least shot of two dimensions, whose [[body]] ends at line 6.
 TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
   const std::string flat = "[sim]\ndimension = 2\ncell = 0.1\n[[body]]\nname = \"column\"\nshape = { box = [[0, 0], [0.5, 1]] }\n";

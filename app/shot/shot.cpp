@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "render/mesh_file.h"
+#include "sim/empty_body.h"
 
 namespace app {
 namespace {
@@ -24,6 +25,7 @@ constexpr std::array<std::string_view, 2> kUpNames{"y", "z"};
 struct Reading {
   Shot shot;
   Node given, complete;
+  std::vector<Origin> shapes;   // where those of the bodies are written
 };
 
 Reading read_merged(const Node& root, const std::string& file) {
@@ -57,6 +59,7 @@ Reading read_text(std::string_view text, const std::string& file, const Override
   Reading reading = read_merged(root, file);
   reading.shot.has_pictures = root.find("render") != nullptr;
   if (reading.shot.has_pictures) reading.given.at("render");   // also where none of its keys is given
+  for (const Node& body : root.find("body")->items) reading.shapes.push_back(body.find("shape")->origin);   // both are there: it was read
   check_other_rungs(layers);
   return reading;
 }
@@ -238,9 +241,13 @@ Shot read_shot_alone(const std::filesystem::path& file, const Overrides& overrid
 }
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  Shot shot = read_shot_alone(file, overrides);
+  Reading reading = read_text(base::read_file(file, kLargestShot), file.string(), overrides);
+  const std::vector<Origin> shapes = std::move(reading.shapes);
+  Shot shot = make_shot(std::move(reading), file);
   for (sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) read_body(*body.shape.mesh, file.parent_path());
+  if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene))
+    throw base::Error(complaint_at(shapes.at(empty->body), empty->complaint));
   return shot;
 }
 

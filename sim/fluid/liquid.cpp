@@ -52,8 +52,6 @@ class Liquid final : public Simulation {
       : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
         step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
-    if (particles_.size() == 0)
-      throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     if (options_.write.pressure) pressure_.assign(particles_.size(), 0);
     step_.falls(downhill(gravity_, options_));
   }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/random.h"
+#include "sim/seeding.h"
 #include "sim/solid/make_model.h"
 
 namespace sim {
@@ -31,19 +31,6 @@ Group<D, Real> empty_group(const Body& body, const Options& o) {
   group.particles.modes = int(group.scheme.modes.size());
   group.particles.mass = group.density * group.rest_volume;
   return group;
-}
-
-/// Cells that touch the bounds of a shape, both corners included; false when there is none in the domain.
-template <int D>
-bool touched_cells(const Shape& shape, const Options& o, const Lattice<D>& lattice, Cell<D>& lower, Cell<D>& upper) {
-  const base::Box bounds = shape.bounds();
-  for (int a = 0; a < D; ++a) {
-    if (bounds.upper[a] < o.domain.lower[a] || bounds.lower[a] > o.domain.upper[a]) return false;
-    const double last = double(lattice.cells[a]) - 1;
-    lower[a] = int(std::clamp(std::floor((bounds.lower[a] - o.domain.lower[a]) / o.cell), 0.0, last));
-    upper[a] = int(std::clamp(std::floor((bounds.upper[a] - o.domain.lower[a]) / o.cell), 0.0, last));
-  }
-  return true;
 }
 
 /// Velocity and its gradient [1/s] of a body that turns about `middle` become the coefficients of each particle.
@@ -79,51 +66,24 @@ template <int D, class Real>
 std::vector<Group<D, Real>> seed_groups(const Scene& scene, const Solids<D>& solids) {
   const Options& o = scene.options;
   const Lattice<D>& lattice = solids.lattice;
-  const int edge = int(std::lround(std::pow(double(o.particles_per_cell), 1.0 / D)));
+  const int edge = places_along_edge<D>(o);
   std::vector<std::vector<Shape>> shapes;   // of each body
   for (const Body& body : scene.bodies) shapes.push_back(with_images(body.shape, o));
-  const auto holds = [](const std::vector<Shape>& any, const base::Vec3& at) {
-    return std::any_of(any.begin(), any.end(), [&](const Shape& shape) { return shape.distance(at) < 0; });
-  };
   std::vector<Group<D, Real>> groups;
   std::int64_t next_id = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     Group<D, Real>& group = groups.emplace_back(empty_group<D, Real>(scene.bodies[b], o));
     Particles<D, Real>& p = group.particles;
     group.first_id = next_id;
-    std::vector<std::int64_t> cells;        // numbers, row-major over the domain: images may overlap
-    for (const Shape& shape : shapes[b]) {
-      Cell<D> lower, upper;
-      if (!touched_cells<D>(shape, o, lattice, lower, upper)) continue;
-      for (Cell<D> at = lower; at[0] <= upper[0];) {
-        std::int64_t number = 0;
-        for (int a = 0; a < D; ++a) number = number * lattice.cells[a] + at[a];
-        cells.push_back(number);
-        int a = D - 1;
-        while (a > 0 && at[a] == upper[a]) at[a] = lower[a], --a;
-        ++at[a];
-      }
-    }
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-    for (const std::int64_t number : cells) {
-      Cell<D> at;
-      std::int64_t left = number;
-      for (int a = D - 1; a >= 0; left /= lattice.cells[a], --a) at[a] = int(left % lattice.cells[a]);
+    for (const std::int64_t number : cells_around<D>(shapes[b], o, lattice)) {
+      const Cell<D> at = cell_of<D>(number, lattice);
       for (int sub = 0; sub < int(o.particles_per_cell); ++sub) {
-        Vec<D, Real> offset;
-        base::Vec3 place = o.domain.lower;
-        for (int a = D - 1, rest = sub; a >= 0; --a, rest /= edge) {
-          const double jitter = uniform(std::uint64_t(o.seed), std::uint64_t(number), std::uint64_t(sub * D + a));
-          const double within = o.seeding == Seeding::regular ? 0.5 : jitter;
-          offset[a] = std::min(Real((rest % edge + within) / edge), std::nextafter(Real(1), Real(0)));
-          place[a] += o.cell * (at[a] + double(offset[a]));
-        }
-        if (!holds(shapes[b], place) || holds(solids.shapes, place)) continue;
+        const SeedPlace<D, Real> place = seed_place<D, Real>(o, edge, at, number, sub);
+        if (!any_holds(shapes[b], place.at) || any_holds(solids.shapes, place.at)) continue;
         bool taken = false;
-        for (std::size_t other = 0; other < b && !taken; ++other) taken = holds(shapes[other], place);
+        for (std::size_t other = 0; other < b && !taken; ++other) taken = any_holds(shapes[other], place.at);
         if (taken) continue;
-        Moving<D, Real> particle{{at, offset}, Vec<D, Real>::Zero()};   // it may touch a wall; that is no contact that stops it
+        Moving<D, Real> particle{{at, place.offset}, Vec<D, Real>::Zero()};   // it may touch a wall; that is no contact that stops it
         solids.push_out(particle);
         p.cell.push_back(particle.site.cell);
         p.offset.push_back(particle.site.offset);

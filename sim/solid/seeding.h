@@ -1,6 +1,5 @@
 #pragma once
-// The groups of a solid scene at t = 0: every cell is cut into particles_per_cell equal boxes with one particle each, kept where a body is
-// and no collider. The first body that holds a place owns it; ids count body by body, in cell order within each.
+// The groups of a solid scene at t = 0, their particles where sim/seeding.h says. Ids count body by body, in cell order within each.
 #include "sim/colliders/solids.h"
 #include "sim/scene.h"
 #include "sim/solid/group.h"

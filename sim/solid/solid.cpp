@@ -45,7 +45,6 @@ class Solid final : public Simulation {
   Solid(const Scene& scene, double fps)
       : options_(scene.options), bodies_(names_of(scene)), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         groups_(seed_groups<D, Real>(scene, solids_)), step_(scene, solids_) {
-    if (particles() == 0) throw base::Error({.key = "body", .message = "no particle: every body lies outside the domain or inside a collider"});
     limits_ = limits_at_rest();
     momentum_ = momentum_of_particles();
     for (const auto& g : groups_) carries_.push_back(g.scheme.carry);

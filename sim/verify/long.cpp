@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "sim/empty_body.h"
 #include "sim/verify/cases.h"
 #include "sim/verify/follow.h"
 #include "sim/verify/random_scene.h"
@@ -68,6 +69,7 @@ Scene random_scene(int number) {
     post.friction = u(rng);
     scene.colliders = {post};
   }
+  while (const std::optional<EmptyBody> hidden = find_empty_body(scene)) scene.bodies.erase(scene.bodies.begin() + std::ptrdiff_t(hidden->body));
   return scene;
 }
 

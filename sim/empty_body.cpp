@@ -1,0 +1,115 @@
+#include "sim/empty_body.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "sim/colliders/solids.h"
+#include "sim/seeding.h"
+#include "sim/transfer/dimension.h"
+
+namespace sim {
+namespace {
+
+/// What comes before a body at a place: the colliders, then the bodies named earlier.
+struct Holder {
+  std::string name;            // "body jelly"
+  std::vector<Shape> shapes;   // at t = 0, images included
+  bool holds_some = false;     // of the places in the body that is looked at
+};
+
+std::string name_of(const std::string& name, std::size_t place) { return name.empty() ? std::to_string(place + 1) : name; }
+
+/// Whether a cell of the range has a place that the shape holds and no holder does. Cells are looked at all over the range from the first ones
+/// on: in the order of their numbers a body half of which is taken would be looked at by half.
+template <int D, class Real>
+bool has_own_place(const Shape& shape, const CellRange<D>& range, const Options& o, const Lattice<D>& lattice, std::vector<Holder>& holders) {
+  Cell<D> extent;
+  std::int64_t count = 1;
+  for (int a = 0; a < D; ++a) extent[a] = range.upper[a] - range.lower[a] + 1, count *= extent[a];
+  std::int64_t stride = std::max<std::int64_t>(1, std::int64_t(0.618 * double(count)));   // the golden ratio spreads them evenly
+  while (std::gcd(stride, count) != 1) ++stride;
+  const int edge = places_along_edge<D>(o);
+  for (std::int64_t i = 0, looked_at = 0; i < count; ++i, looked_at = (looked_at + stride) % count) {
+    Cell<D> at;
+    std::int64_t rest = looked_at;
+    for (int a = D - 1; a >= 0; rest /= extent[a], --a) at[a] = range.lower[a] + int(rest % extent[a]);
+    for (int sub = 0; sub < int(o.particles_per_cell); ++sub) {
+      const base::Vec3 place = seed_place<D, Real>(o, edge, at, number_of<D>(at, lattice), sub).at;
+      if (shape.distance(place) >= 0) continue;
+      const auto holder = std::find_if(holders.begin(), holders.end(), [&](const Holder& h) { return any_holds(h.shapes, place); });
+      if (holder == holders.end()) return true;
+      holder->holds_some = true;
+    }
+  }
+  return false;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) out += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return out;
+}
+
+/// Of a body without a particle.
+template <int D>
+base::Complaint complaint_about(const Body& body, const Options& o, bool outside, const std::vector<Holder>& holders) {
+  base::Complaint complaint;
+  std::vector<std::string> names;
+  for (const Holder& holder : holders)
+    if (holder.holds_some) names.push_back(holder.name);
+  const base::Box bounds = body.shape.bounds();
+  bool whole = true;   // none of it beyond the domain
+  for (int a = 0; a < D; ++a) whole = whole && (o.periodic(a) || (bounds.lower[a] >= o.domain.lower[a] && bounds.upper[a] <= o.domain.upper[a]));
+  const std::string it = whole ? "it" : "what of it lies in the domain";
+  if (outside) complaint.message = "no particle: it lies outside the domain";
+  else if (names.empty())
+    complaint.message = fmt::format("no particle: {} is too small for their spacing of {:.4g} m", it, o.cell / places_along_edge<D>(o));
+  else complaint.message = fmt::format("no particle: {} lies inside {}", it, listed(names));
+  if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("body "); }))
+    complaint.hint = "a place belongs to the first body that holds it";
+  return complaint;
+}
+
+template <int D, class Real>
+std::optional<EmptyBody> first_empty_body(const Scene& scene) {
+  const Options& o = scene.options;
+  const Lattice<D> lattice = lattice_of<D>(o);
+  std::vector<Holder> holders;
+  for (std::size_t c = 0; c < scene.colliders.size(); ++c) {
+    Scene alone{.options = o, .bodies = {}, .colliders = {scene.colliders[c]}, .effects = {}};
+    holders.push_back({"collider " + name_of(scene.colliders[c].name, c), Solids<D>(alone, lattice).shapes});
+  }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    const std::vector<Shape> images = with_images(body.shape, o);
+    for (Holder& holder : holders) holder.holds_some = false;
+    bool outside = true, filled = false;
+    for (std::size_t i = 0; i < images.size() && !filled; ++i) {
+      const std::optional<CellRange<D>> range = cells_around<D>(images[i], o, lattice);
+      if (!range) continue;
+      outside = false;
+      filled = has_own_place<D, Real>(images[i], *range, o, lattice, holders);
+    }
+    const std::string name = name_of(body.name, b);
+    if (!filled) {
+      EmptyBody empty{b, complaint_about<D>(body, o, outside, holders)};
+      empty.complaint.key = "body." + name + ".shape";
+      return empty;
+    }
+    holders.push_back({"body " + name, images});
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<EmptyBody> find_empty_body(const Scene& scene) {
+  return with_numbers(scene.options,
+                      [&](auto dimension, auto number) { return first_empty_body<decltype(dimension)::value, decltype(number)>(scene); });
+}
+
+}  // namespace sim
