@@ -73,6 +73,13 @@ TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
   EXPECT_EQ(files(), std::vector<std::string>{"x.toml"}) << "a plan leaves nothing where it is made";
 }
 
+// The small runs are of coarser cells, and a body without a particle is refused.
+TEST_F(PlanCommand, PredictsAShotWithABodyThatCoarseCellsWouldLose) {
+  write("drop.toml", "[sim]\ndimension = 2\ncell = 0.01\n[[body]]\nname = \"sea\"\nshape = { box = [[0, 0], [1, 0.5]] }\n"
+                     "[[body]]\nname = \"drop\"\nshape = { sphere = { center = [0.52, 0.8], radius = 0.003 } }\n");
+  EXPECT_TRUE(json_of({"plan", "drop.toml", "--frames", "1"}).contains("predicted"));
+}
+
 TEST_F(PlanCommand, TellsAProgramTheSame) {
   const Json plan = json_of({"plan", "x.toml", "--frames", "1-2"});
   EXPECT_EQ(keys_of(plan), (std::set<std::string>{"schema", "shot", "effects", "attributes", "bytes_per_particle", "passes", "particles", "cells",

@@ -16,6 +16,7 @@
 #include "app/stages/stopwatch.h"
 #include "base/scratch_folder.h"
 #include "base/text.h"
+#include "sim/empty_body.h"
 #include "sim/size.h"
 
 extern char** environ;
@@ -80,13 +81,19 @@ std::string box_text(const base::Box& box, std::int64_t dimension) {
   return "[" + corner(box.lower) + "," + corner(box.upper) + "]";
 }
 
-/// Cells of an edge `cell`, in a domain that grows at its upper sides where it is no multiple of it.
-void set_cell(const Shot& shot, double cell, Sizes& sizes) {
+/// The scene in cells of an edge `cell`, in a domain that grows at its upper sides where it is no multiple of it.
+sim::Scene with_cell(const Shot& shot, double cell) {
   const sim::Options& o = shot.scene.options;
   sim::Scene coarse = shot.scene;
   coarse.options.cell = cell;
   for (int a = 0; a < o.dimension; ++a)
     coarse.options.domain.upper[a] = o.domain.lower[a] + std::ceil(o.domain.size()[a] / cell - 1e-6) * cell;
+  return coarse;
+}
+
+void set_cell(const Shot& shot, double cell, Sizes& sizes) {
+  const sim::Options& o = shot.scene.options;
+  const sim::Scene coarse = with_cell(shot, cell);
   sizes.particles = sim::size_of(coarse).particles;
   sizes.cell = cell;
   if (cell == o.cell) return;
@@ -98,7 +105,7 @@ void set_cell(const Shot& shot, double cell, Sizes& sizes) {
 }
 
 /// A cell with about so many particles: a whole share of the domain where there is one near, so that the walls stay where they are.
-double coarser_cell(const Shot& shot, double particles) {
+double cell_with(const Shot& shot, double particles) {
   const sim::Options& o = shot.scene.options;
   const double there = sim::size_of(shot.scene).particles;
   if (there <= 1.3 * particles) return o.cell;
@@ -116,6 +123,14 @@ double coarser_cell(const Shot& shot, double particles) {
     return o.cell / share;
   }
   return periodic ? o.cell : o.cell * std::pow(there / particles, 1.0 / double(o.dimension));
+}
+
+/// The same, or one so much finer that every body keeps a particle: a shot in which one has none is refused.
+double coarser_cell(const Shot& shot, double particles) {
+  const double finest = shot.scene.options.cell;
+  double cell = cell_with(shot, particles);
+  for (double more = 2 * particles; cell > finest && sim::find_empty_body(with_cell(shot, cell)); more *= 2) cell = cell_with(shot, more);
+  return cell;
 }
 
 void set_picture(const Shot& shot, double scale, Sizes& sizes) {
