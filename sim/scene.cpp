@@ -242,8 +242,8 @@ void Body::params(base::Params& p) {
   if (is_solid) material = material_presets().front();
   p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"",
                     [&](base::Params& q) {
-                      if (is_solid) solid = preset_material(material);
-                      if (q.when(!is_solid)) q("density", density, "kg/m^3", "mass per volume", base::above(0));
+                      solid = preset_material(is_solid ? material : material_presets().front());   // whoever describes sees a solid's
+                      if (q.when(!is_solid)) q("density", is_solid ? solid.density : density, "kg/m^3", "mass per volume", base::above(0));
                       if (q.when(is_solid)) solid.params(q);
                     });
   p("velocity", velocity, "m/s", "velocity at the first frame");

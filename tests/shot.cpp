@@ -360,6 +360,26 @@ TEST(Keys, SayDefaultUnitAndRange) {
   EXPECT_EQ(row("look.NAME.ior").default_value, "1.333");
 }
 
+// What the listing says a silent shot gets is what a silent shot of each solver gets.
+TEST_F(Shot, GetsTheDefaultsThatTheListingSaysAlsoOfSolids) {
+  int compared = 0, of_solids = 0;
+  for (const bool is_solid : {false, true}) {
+    const app::Shot shot = read(kLeast, {is_solid ? "sim.solver=solid" : "sim.solver=fluid", "sim.boundary={}"});   // a table that is there
+    for (const app::KeyRow& row : app::all_keys()) {
+      std::string key = row.key;
+      if (const std::size_t name = key.find("NAME"); name != std::string::npos) key.replace(name, 4, "column");
+      const auto got = std::find_if(shot.values.begin(), shot.values.end(), [&](const auto& value) { return value.first == key; });
+      const bool is_said = key == "sim.solver" || key == "body.column.name" || key == "body.column.shape.box" || key == "sim.modes";   // by the rung
+      if (got == shot.values.end() || is_said || !(key.starts_with("sim.") || key.starts_with("body."))) continue;
+      const std::string listed = is_solid && !row.default_of_solids.empty() ? row.default_of_solids : row.default_value;
+      EXPECT_EQ(got->second == "\"\"" ? "" : got->second, listed) << key;
+      ++compared, of_solids += is_solid && !row.default_of_solids.empty();
+    }
+  }
+  EXPECT_GE(compared, 60);
+  EXPECT_GE(of_solids, 10);   // kernel, carry, cfl, six sides and the material
+}
+
 TEST_F(Shot, IsFoundBesideAnInstallOrInTheSourceTree) {
   namespace fs = std::filesystem;
   fs::create_directories(folder / "prefix/bin");

@@ -57,7 +57,8 @@ void print_json(const std::vector<KeyRow>& rows) {
   for (const KeyRow& row : rows) {
     nlohmann::ordered_json entry = {{"key", row.key}};
     const std::pair<const char*, const std::string&> parts[] = {
-        {"default", row.default_value}, {"unit", row.unit}, {"allowed", row.allowed}, {"meaning", row.meaning}};
+        {"default", row.default_value}, {"default_of_solids", row.default_of_solids}, {"unit", row.unit},
+        {"allowed", row.allowed}, {"meaning", row.meaning}};
     for (const auto& [name, text] : parts)
       if (!text.empty()) entry[name] = text;
     out["keys"].push_back(entry);
@@ -67,10 +68,13 @@ void print_json(const std::vector<KeyRow>& rows) {
 
 void print_table(const std::vector<KeyRow>& rows) {
   std::size_t key = 0, value = 0;
-  const auto with_unit = [](const KeyRow& row) { return row.default_value + (row.unit.empty() || row.unit == "1" ? "" : " [" + row.unit + "]"); };
+  const auto with_unit = [](const KeyRow& row) {
+    const std::string both = row.default_of_solids.empty() ? row.default_value : row.default_value + "; of solids " + row.default_of_solids;
+    return both + (row.unit.empty() || row.unit == "1" ? "" : " [" + row.unit + "]");
+  };
   for (const KeyRow& row : rows) {
     key = std::max(key, row.key.size());
-    value = std::min<std::size_t>(std::max(value, with_unit(row).size()), 28);
+    value = std::min<std::size_t>(std::max(value, with_unit(row).size()), 31);
   }
   for (const KeyRow& row : rows) {
     const std::string allowed = row.allowed.empty() ? "" : " (" + row.allowed + ")";

@@ -12,10 +12,12 @@
 namespace app {
 namespace {
 
-/// Visits every declared key, branches not taken included, and changes nothing.
+/// Visits every declared key, branches not taken included, and changes nothing but sim.solver, on which defaults depend, where one is given.
 class Describer : public base::Params {
  public:
   std::vector<KeyRow> rows;
+
+  explicit Describer(std::string solver = {}) : solver_(std::move(solver)) {}
 
   void count_or_name(const base::Key& key, base::CountOrName& v) override {
     add(key, v.count > 0 ? std::to_string(v.count) : v.name.empty() ? "" : '"' + v.name + '"', "a count from 1, " + one_of(key.choices));
@@ -38,7 +40,10 @@ class Describer : public base::Params {
   void number(const base::Key& key, double& v) override { add(key, base::to_text(v), key.range.text()); }
   void integer(const base::Key& key, std::int64_t& v) override { add(key, std::to_string(v), key.range.text()); }
   void flag(const base::Key& key, bool& v) override { add(key, v ? "true" : "false", "true or false"); }
-  void text(const base::Key& key, std::string& v) override { add(key, v.empty() ? "" : '"' + v + '"', one_of(key.choices)); }
+  void text(const base::Key& key, std::string& v) override {
+    add(key, v.empty() ? "" : '"' + v + '"', one_of(key.choices));
+    if (!solver_.empty() && path_ + std::string(key.name) == "sim.solver") v = solver_;
+  }
   void vector(const base::Key& key, base::Vec3& v) override { add(key, value_text(vector_node(v)), key.range.text()); }
   void box(const base::Key& key, base::Box& v) override { add(key, value_text(box_node(v)), ""); }
   void optional_number(const base::Key& key, std::optional<double>& v) override { add(key, v ? base::to_text(*v) : "", key.range.text()); }
@@ -73,8 +78,15 @@ class Describer : public base::Params {
     rows.push_back({full, value.empty() ? key.default_text : value, std::string(key.unit), allowed, std::string(key.meaning)});
   }
 
-  std::string path_;
+  std::string path_, solver_;
 };
+
+std::vector<KeyRow> keys_with(const std::string& solver) {
+  Describer describer(solver);
+  Shot shot;
+  shot.params(describer);
+  return std::move(describer.rows);
+}
 
 std::vector<std::string> parts_of(const std::string& key) {
   std::vector<std::string> parts;
@@ -164,10 +176,12 @@ std::string comment(const std::vector<KeyRow>& rows, const std::string& key, con
 }  // namespace
 
 std::vector<KeyRow> all_keys() {
-  Describer describer;
-  Shot shot;
-  shot.params(describer);
-  return std::move(describer.rows);
+  std::vector<KeyRow> rows = keys_with("fluid");
+  const std::vector<KeyRow> solids = keys_with("solid");
+  assert(rows.size() == solids.size() && "every branch is visited");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (solids[i].default_value != rows[i].default_value) rows[i].default_of_solids = solids[i].default_value;
+  return rows;
 }
 
 std::vector<KeyRow> keys_of(const std::string& table, const std::function<void(base::Params&)>& declaration) {
@@ -176,16 +190,16 @@ std::vector<KeyRow> keys_of(const std::string& table, const std::function<void(b
   return describer.rows;
 }
 
-bool is_declared_key(const std::string& key) { return find_row(all_keys(), key) != nullptr; }
+bool is_declared_key(const std::string& key) { return find_row(keys_with("fluid"), key) != nullptr; }
 
 std::string declared_unit(const std::string& key) {
-  const std::vector<KeyRow> rows = all_keys();
+  const std::vector<KeyRow> rows = keys_with("fluid");
   const KeyRow* row = find_row(rows, key);
   return row ? row->unit : "";
 }
 
 std::string declared_key_ending_in(std::string_view name) {
-  for (const KeyRow& row : all_keys())
+  for (const KeyRow& row : keys_with("fluid"))
     if (row.key.ends_with("." + std::string(name))) return row.key;
   return {};
 }
