@@ -75,8 +75,9 @@ double slope_of_heap(double friction_angle, double start, double seconds) {
   scene.options.precision = Precision::single_precision;
   set_transfer(scene.options, "apic");
   const double rise = std::tan(start * kDegree);
-  for (int row = 0; (row + 0.5) * kCell < kWidth * rise; ++row) {
-    scene.bodies.push_back(block({0, row * kCell, 0}, {kWidth - (row + 0.5) * kCell / rise, (row + 1) * kCell, 0}, sand_of(friction_angle)));
+  const auto width_of = [&](int row) { return kWidth - (row + 0.5) * kCell / rise; };
+  for (int row = 0; width_of(row) > kCell / 2; ++row) {   // as wide as particles are apart
+    scene.bodies.push_back(block({0, row * kCell, 0}, {width_of(row), (row + 1) * kCell, 0}, sand_of(friction_angle)));
     scene.bodies.back().name = "row" + std::to_string(row);
   }
   scene.effects = {{"gravity", {0, -9.81, 0}}};
