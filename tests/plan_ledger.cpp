@@ -183,11 +183,6 @@ TEST_F(PlanLedger, ColliderThatNothingReachesGivesTheBitsOfNone) {
   EXPECT_EQ(state_hashes(read(kTank + kBall, off), "off"), state_hashes(read(kTank, moving), "never"));
 }
 
-TEST_F(PlanLedger, BodyWithoutParticlesGivesTheBitsOfNone) {
-  const std::string hidden = "[[body]]\nname = \"hidden\"\nshape = { box = [[0.1, 0.1, 0.1], [0.3, 0.3, 0.15]] }\nvelocity = [9, 9, 9]\n";
-  EXPECT_EQ(state_hashes(read(kTank + kGravity + hidden), "off"), state_hashes(read(kTank + kGravity), "never"));
-}
-
 // What passes count of bytes goes with the blocks around the particles.
 TEST_F(PlanLedger, ALargerDomainCostsNothing) {
   const auto costs = [&](const std::string& domain, const std::string& name) {
