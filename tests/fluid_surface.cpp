@@ -142,6 +142,7 @@ TEST(FluidSurface, WhatAirCarriesOnMakesNoFaceFaster) {
   }
   EXPECT_GT(full, 4);   // the bound was met
 }
+
 // A field that is linear in the place is what APIC knows: a particle that has been shifted has the field's velocity there.
 TEST(FluidShift, LeavesTheVelocityOfTheNewPlace) {
   const Lattice<3> lattice({9, 9, 9});

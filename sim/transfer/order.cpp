@@ -3,7 +3,6 @@
 #include <hwy/highway.h>
 
 #include <array>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -323,8 +322,7 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
       for (std::size_t k = 0; k < held; ++k) {
         call_for(first + held + k);   // the next block's
         from[k] = sorted[k];
-        std::memcpy(offset[k].data(), offsets[sorted[k]].data(), sizeof *offset);   // GCC takes a vector number by number
-        id[k] = ids[sorted[k]];
+        offset[k] = offsets[sorted[k]], id[k] = ids[sorted[k]];
       }
       if (!moves_rows)
         for (std::size_t k = 0; k < held; ++k) sorted_.rows[first + k] = rows ? rows[sorted[k]] : sorted[k];
