@@ -11,8 +11,8 @@
 #include "app/plan/plan.h"
 #include "app/plan/predict.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/write_over.h"
 #include "base/atomic_file.h"
-#include "base/error.h"
 #include "base/progress.h"
 #include "sim/size.h"
 
@@ -75,17 +75,12 @@ Json prediction_json(const Prediction& p) {
   return {{"seconds", seconds}, {"peak_bytes", std::llround(p.peak_bytes)}, {"disk_bytes", std::llround(p.disk_bytes())}};
 }
 
-// Whatever they are called: a link can have any name.
 void refuse_to_draw_over_the_shot(const std::filesystem::path& graph, const Shot& shot) {
   std::vector<std::filesystem::path> named = shot.render.files();
   for (const sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) named.push_back(shot.file.parent_path() / body.shape.mesh->file);
-  const auto is_it = [&](const std::filesystem::path& file) {
-    std::error_code none;
-    return std::filesystem::equivalent(graph, file, none);
-  };
-  if (is_it(shot.file)) base::throw_input("--graph " + graph.string(), "is the shot itself");
-  if (std::any_of(named.begin(), named.end(), is_it)) base::throw_input("--graph " + graph.string(), "is a file that the shot names");
+  refuse_to_write_over({shot.file}, "--graph", graph, "is the shot itself");
+  refuse_to_write_over(named, "--graph", graph, "is a file that the shot names");
 }
 
 std::optional<Pilot> pilot_for(const Shot& shot, const Request& request, const FrameRange& range, int threads) {

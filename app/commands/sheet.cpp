@@ -6,6 +6,7 @@
 #include "app/commands/commands.h"
 #include "app/stages/folder.h"
 #include "app/stages/record.h"
+#include "app/stages/write_over.h"
 #include "base/error.h"
 
 namespace app {
@@ -73,16 +74,13 @@ Panels panels_of_pictures(const std::vector<std::string>& files) {
 }
 
 /// Also pictures of other frames of the runs: the ledger knows what they hold.
-void refuse_to_write_over(const fs::path& out, const std::vector<std::string>& pictures, const std::vector<Folder>& runs) {
+void refuse_to_write_over_what_is_shown(const fs::path& out, const std::vector<std::string>& pictures, const std::vector<Folder>& runs) {
   std::vector<fs::path> kept(pictures.begin(), pictures.end());
   for (const Folder& run : runs)
     for (const Stage stage : {Stage::preview, Stage::render})
       for (const std::int64_t frame : run.recorded_frames(stage))
         for (const fs::path& file : run.outputs(stage, frame)) kept.push_back(file);
-  std::error_code none;
-  for (const fs::path& file : kept)
-    if (fs::equivalent(out, file, none))
-      base::throw_input("--out " + out.string(), runs.empty() ? "is one of the pictures that are shown" : "is a picture of a run that is shown");
+  refuse_to_write_over(kept, "--out", out, runs.empty() ? "is one of the pictures that are shown" : "is a picture of a run that is shown");
 }
 
 }  // namespace
@@ -99,7 +97,7 @@ void sheet(const Request& request) {
     throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
   for (const Folder& run : runs)
     if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
-  refuse_to_write_over(out, request.subjects, runs);
+  refuse_to_write_over_what_is_shown(out, request.subjects, runs);
   const Panels panels = runs.empty() ? panels_of_pictures(request.subjects) : panels_of_runs(runs, request.frames);
   base::Ledger ledger;
   const render::Image image = render::sheet(panels.pictures, panels.labels);

@@ -4,6 +4,7 @@
 
 #include "app/compare/files.h"
 #include "app/compare/run.h"
+#include "app/stages/write_over.h"
 #include "base/error.h"
 #include "surface/surface.h"
 
@@ -41,9 +42,7 @@ nlohmann::ordered_json compare(const fs::path& a, const fs::path& b, const Toler
   const Kind kind = kind_of(a), other = kind_of(b);
   if (kind != other) base::throw_input(b.string(), std::string(name_of(other)) + ", and the other is " + name_of(kind));
   if (picture && kind != Kind::image) base::throw_input("--out " + picture->string(), "a difference picture is drawn of two images only");
-  std::error_code none;
-  if (picture && (fs::equivalent(*picture, a, none) || fs::equivalent(*picture, b, none)))
-    base::throw_input("--out " + picture->string(), "is one of the images that are compared");
+  if (picture) refuse_to_write_over({a, b}, "--out", *picture, "is one of the images that are compared");
   switch (kind) {
     case Kind::image: return compare_image_files(a, b, tolerance, picture);
     case Kind::volume: return compare_volume_files(a, b, tolerance);
