@@ -3,19 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "sim/effects/gravity.h"
 #include "sim/fluid/pace.h"
+#include "sim/seeding.h"
 #include "sim/solid/make_model.h"
 
 namespace sim {
 namespace {
 
 constexpr double kMostPlaces = 2e6;   // looked at for a shape
-
-bool any_holds(const std::vector<Shape>& shapes, const base::Vec3& at) {
-  return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(at) < 0; });
-}
 
 /// A pattern of places over the part of a shape's bounds that lies in the domain, aligned with the seeding's boxes.
 struct Pattern {
@@ -24,7 +22,7 @@ struct Pattern {
   double particles_each = 1;   // that a place stands for
 
   Pattern(const base::Box& bounds, const Options& o) {
-    const double edge = o.cell / std::round(std::pow(double(o.particles_per_cell), 1.0 / double(o.dimension)));   // [m] of a seeding box
+    const double edge = o.cell / (o.dimension == 2 ? places_along_edge<2>(o) : places_along_edge<3>(o));   // [m] of a seeding box
     std::array<double, 3> first{}, boxes{1, 1, 1};
     double all = 1;
     for (std::size_t a = 0; a < std::size_t(o.dimension); ++a) {
@@ -50,6 +48,12 @@ struct Pattern {
 };
 
 }  // namespace
+
+std::int64_t common_parts(const Options& o) {
+  std::int64_t common = 0;
+  for (int a = 0; a < o.dimension; ++a) common = std::gcd(common, std::llround(o.domain.size()[a] / o.cell));
+  return common;
+}
 
 Size size_of(const Scene& scene) {
   const Options& o = scene.options;

@@ -1,5 +1,7 @@
 #pragma once
 // How large a scene will be, before anything of it is allocated.
+#include <cstdint>
+
 #include "sim/scene.h"
 
 namespace sim {
@@ -8,6 +10,9 @@ struct Size {
   double particles = 0;   // expected: the seeding's boxes whose middles lie in a body and in no collider
   double cells = 0;       // of the domain
 };
+
+/// The largest number of equal parts that every edge of the domain can be cut into so that each part is a whole number of cells.
+std::int64_t common_parts(const Options&);
 
 /// Looks at most at some millions of places: of a larger scene at a coarser pattern, which is off by a share of a body's surface.
 Size size_of(const Scene&);

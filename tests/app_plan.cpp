@@ -119,10 +119,13 @@ TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   EXPECT_NE(run({"plan", "x.toml"}).err.find("measuring small runs"), std::string::npos);
   const Outcome again = run({"plan", "x.toml", "--set", "render.width=80"});
   EXPECT_EQ(again.err, "") << "other sizes need no new measurement";
+  std::filesystem::create_directories(folder / "out/x");
+  write("out/x/notes.txt", std::string(20'000'000, 'x'));   // somebody's, and foretold by nobody
   const Outcome told = run({"run", "x.toml"});
   EXPECT_TRUE(has(told.out, "\nplan +liquid, linear kernel, 8 modes; off: .*; 172 B a particle, .* of CPU, [0-9.]+ MB\n")) << told.out;
   EXPECT_TRUE(
       has(run({"plan", "x.toml"}).out, "earlier predictions were off by CPU [0-9]+ %, memory [0-9]+ %, disk [0-9]+ % \\(median of 1 run\\)\n"));
+  EXPECT_LT(Json::parse(text_of(log / "cache/polypic/outcomes.json")).at("runs").at(0).at("disk"), 1e7);
 }
 
 TEST_F(PlanCommand, DrawsThePasses) {
@@ -193,6 +196,10 @@ TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
             "polypic: dry.toml: render: the shot asks for no pictures (add [render], or --set render.width=960; --preview draws the points)\n");
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--preview"}).devices, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/dry/preview/preview.0002.png"));
+  // ... nor by the shot: its domain is a multiple of it.
+  const std::string hint = error["hint"];
+  const Outcome taken = run({"plan", "x.toml", "--json", "--frames", "1", "--set", "sim.cell=" + hint.substr(0, hint.find(' '))});
+  EXPECT_EQ(taken.out.find("multiple"), std::string::npos) << taken.out;
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--set", "render.width=64", "--set", "render.spp=1"}).devices, 1);   // asked for after all
 
   write("flat.toml",

@@ -85,6 +85,9 @@ TEST_F(Predict, WhatDoesNotFitIsRefusedWithTheNumberAndTheKey) {
   };
   const app::Prediction least = app::least(shot, {1, 2});
   EXPECT_GT(least.peak_bytes, 1e11);
+  const double particles = sim::size_of(shot.scene).particles;   // of 32 bytes in a points file
+  EXPECT_NEAR(least.disk.at("points"), particles * 32 * (0.5 + 0.75), 1e-6 * least.disk.at("points"));
+  EXPECT_GT(least.disk.at("checkpoint"), particles * 32);
   const base::Complaint memory = complaint(least, 1e9, 1e18);
   EXPECT_EQ(memory.code, base::Exit::user);
   EXPECT_EQ(memory.key, "sim.cell");

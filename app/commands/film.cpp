@@ -49,8 +49,24 @@ void check_room(const Shot& shot, const Order& order, const FrameRange& range, c
   if (!wants(order, Stage::simulate)) return;
   Prediction needed = predicted ? *predicted : least(shot, range);
   const double missing = 1 - double(recorded_frames(order, range, Stage::simulate)) / double(range.last);
-  for (auto& [kind, bytes] : needed.disk) bytes *= predicted || wants(order, Stage::render) || kind == "points" ? missing : 0;
+  for (auto& [kind, bytes] : needed.disk) bytes *= predicted || wants(order, Stage::render) || kind == "points" || kind == "checkpoint" ? missing : 0;
   require_room(shot, needed, free_memory(), free_disk(order.out));
+}
+
+// Of the files that are foretold: those of the stages and what tells of them, and not what else lies in the directory.
+double written_bytes(const Folder& folder) {
+  std::vector<std::filesystem::path> files = {folder.run(), folder.report()};
+  for (const Stage stage : {Stage::simulate, Stage::surface, Stage::render})
+    for (const std::int64_t frame : folder.recorded_frames(stage)) {
+      files.push_back(folder.record(stage, frame));
+      for (const std::filesystem::path& file : folder.outputs(stage, frame)) files.push_back(file);
+    }
+  for (const std::int64_t frame : folder.checkpoints()) files.push_back(folder.checkpoint(frame));
+  double bytes = 0;
+  std::error_code none;
+  for (const std::filesystem::path& file : files)
+    if (std::filesystem::is_regular_file(file, none)) bytes += double(std::filesystem::file_size(file, none));
+  return bytes;
 }
 
 // What a run that began with nothing has cost.
@@ -60,9 +76,7 @@ void remember(const Shot& shot, const Order& order, const FrameRange& range, con
   for (const auto& frame : run.at("frames"))
     for (const auto& seconds : frame.at("cpu_seconds")) outcome.cpu += seconds.get<double>();
   outcome.memory = run.at("peak_bytes");
-  const Folder folder(order.out);
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.root()))
-    if (entry.is_regular_file()) outcome.disk += double(entry.file_size());
+  outcome.disk = written_bytes(Folder(order.out));
   if (static_cast<std::int64_t>(run.at("frames").size()) == range.last) keep_outcome(outcome);
 }
 

@@ -53,13 +53,27 @@ std::string key_of_disk(const Prediction& p) {
   return most->first == "images" ? "render.width" : "sim.cell";
 }
 
-[[noreturn]] void refuse(const Shot& shot, const std::string& key, double needed, double there, const std::string& what, const std::string& hint) {
+[[noreturn]] void refuse(const Shot& shot, const std::string& key, const std::string& what, const std::string& hint) {
   const bool cell = key == "sim.cell";
   char text[32];
   std::snprintf(text, sizeof text, "%.6g m", shot.scene.options.cell);
   const std::string value = cell ? text : std::to_string(shot.render.options.width) + " pixels";
-  throw base::Error({.file = shot.file.string(), .key = key, .value = value, .hint = hint,
-                     .message = "needs " + bytes_text(needed) + " of " + what + ", and there are " + bytes_text(there)});
+  throw base::Error({.file = shot.file.string(), .key = key, .value = value, .hint = hint, .message = what});
+}
+
+std::string lack_text(double needed, double there, const std::string& what) {
+  return "needs " + bytes_text(needed) + " of " + what + ", and there are " + bytes_text(there);
+}
+
+/// A cell at least `factor` times as large that divides the domain, too: a share of it by a whole number of the cells that there are.
+std::string larger_cell(const sim::Options& o, double factor) {
+  const std::int64_t common = sim::common_parts(o);
+  const auto parts = std::int64_t(double(common) / factor);
+  if (parts < 1) return "larger cells need a domain with edges that are multiples of them";
+  const double edge = o.cell * double(common) / double(parts);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.10g", edge);   // what is cut off is less than a domain may be off by
+  return std::string(text) + " m would fit";
 }
 
 }  // namespace
@@ -98,7 +112,8 @@ Prediction least(const Shot& shot, const FrameRange& range) {
   Prediction p;
   p.frames = double(range.last - range.first + 1);
   p.peak_bytes = particles * held + pixels(shot) * channels(shot) * sizeof(float);
-  p.disk["points"] = 0.5 * particles * point * double(range.last);
+  p.disk["points"] = particles * point * (0.75 * double(range.last) - 0.25);   // at rest velocities take next to nothing: the first frame is half
+  p.disk["checkpoint"] = checkpoint_bytes(shot, particles, range.last);
   p.disk["images"] = 0.5 * pixels(shot) * channels(shot) * double(p.frames);   // a byte a channel
   return p;
 }
@@ -107,12 +122,19 @@ void require_room(const Shot& shot, const Prediction& p, double memory, double d
   if (p.peak_bytes > memory) {
     const std::string key = key_of_memory(shot);
     const double share = std::pow(p.peak_bytes / memory, 1.0 / double(key == "sim.cell" ? shot.scene.options.dimension : 2));
-    char hint[64];
-    if (key == "sim.cell") std::snprintf(hint, sizeof hint, "%.2g m would fit", 1.05 * share * shot.scene.options.cell);
-    else std::snprintf(hint, sizeof hint, "%.0f pixels would fit", double(shot.render.options.width) / (1.05 * share));
-    refuse(shot, key, p.peak_bytes, memory, "memory", hint);
+    std::string hint = std::to_string(std::int64_t(double(shot.render.options.width) / (1.05 * share))) + " pixels would fit";
+    if (key == "sim.cell") hint = larger_cell(shot.scene.options, 1.05 * share);
+    refuse(shot, key, lack_text(p.peak_bytes, memory, "memory"), hint);
   }
-  if (p.disk_bytes() > disk) refuse(shot, key_of_disk(p), p.disk_bytes(), disk, "disk", "or fewer --frames, or another --out");
+  if (p.disk_bytes() > disk)
+    refuse(shot, key_of_disk(p), lack_text(p.disk_bytes(), disk, "disk"), "or fewer --frames, or another --out");
+}
+
+void refuse_for_memory(const Shot& shot, const std::string& what) {
+  const std::string key = key_of_memory(shot);
+  refuse(shot, key, what,
+         "what is finished is kept: with more memory the same command goes on; " +
+             std::string(key == "sim.cell" ? "larger cells" : "smaller pictures") + " need less");
 }
 
 }  // namespace app

@@ -15,10 +15,13 @@ double free_memory();
 /// Bytes that can be written at `path`, or where it will be.
 double free_disk(const std::filesystem::path&);
 
-/// What is needed at the very least: what the plan says particles and pictures hold in memory, and half of their plain size on disk.
+/// What is needed at the very least: what the plan says particles and pictures hold in memory, and on disk the checkpoints, three quarters of the
+/// particles' plain size and half of the pictures'.
 Prediction least(const Shot&, const FrameRange&);
 
 /// Throws base::Error (exit 2) naming what is needed, what there is, and the key to change.
 void require_room(const Shot&, const Prediction&, double memory, double disk);
+/// The same of memory that has turned out too small: throws base::Error (exit 2) with the key to change.
+[[noreturn]] void refuse_for_memory(const Shot&, const std::string& what);
 
 }  // namespace app

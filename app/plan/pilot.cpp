@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <thread>
 
 #include "app/stages/interrupt.h"
@@ -109,11 +109,11 @@ double cell_with(const Shot& shot, double particles) {
   const sim::Options& o = shot.scene.options;
   const double there = sim::size_of(shot.scene).particles;
   if (there <= 1.3 * particles) return o.cell;
-  std::int64_t common = 0, fewest = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t common = sim::common_parts(o);
+  std::int64_t fewest = std::numeric_limits<std::int64_t>::max();
   bool periodic = false;
   for (int a = 0; a < o.dimension; ++a) {
-    const std::int64_t cells = std::llround(o.domain.size()[a] / o.cell);
-    common = std::gcd(common, cells), fewest = std::min(fewest, cells);
+    fewest = std::min<std::int64_t>(fewest, std::llround(o.domain.size()[a] / o.cell));
     periodic = periodic || o.periodic(a);
   }
   for (std::int64_t parts = common - 1; parts >= 1; --parts) {

@@ -39,7 +39,7 @@ class Predictor {
     const double late = late_steps();
     for (std::int64_t frame = 1; frame <= range.last; ++frame) add_simulation(frame, range.last, late, out);
     for (std::int64_t frame = range.first; frame <= range.last; ++frame) add_pictures(frame, out);
-    add_checkpoints(range.last, out);
+    if (const double bytes = checkpoint_bytes(shot_, particles_, range.last); bytes > 0) out.disk["checkpoint"] = bytes;
     constexpr double kPage = 8e4, kPicture = 1.5e4, kMostPictures = 24;   // of report.html: the same for all shots
     out.disk["report"] = kPage + (shot_.has_pictures ? kPicture * std::min(out.frames, kMostPictures) : 0);
     out.peak_bytes = memory();
@@ -161,14 +161,6 @@ class Predictor {
       if (const double bytes = cost(&FrameCost::bytes, kind, frame, 1); bytes > 0) out.disk[kind] += bytes;
   }
 
-  void add_checkpoints(std::int64_t last, Prediction& out) const {
-    std::int64_t written = last > 1 && last % shot_.checkpoint_every != 0 ? 1 : 0;
-    written += last / shot_.checkpoint_every - (shot_.checkpoint_every == 1 ? 1 : 0);
-    if (written > 0)
-      out.disk["checkpoint"] =
-          double(std::min(written, shot_.checkpoint_keep)) * particles_ * double(plan_of(shot_, Stage::simulate).state_bytes_per_particle());
-  }
-
   /// Linear in particles and in pixels, and never less than what the plan says they hold.
   double memory() const {
     const MicroRun &small = pilot_.small, &wide = pilot_.wide, &fine = pilot_.fine;
@@ -189,6 +181,12 @@ class Predictor {
 };
 
 }  // namespace
+
+double checkpoint_bytes(const Shot& shot, double particles, std::int64_t last) {
+  std::int64_t written = last > 1 && last % shot.checkpoint_every != 0 ? 1 : 0;
+  written += last / shot.checkpoint_every - (shot.checkpoint_every == 1 ? 1 : 0);
+  return double(std::min(written, shot.checkpoint_keep)) * particles * double(plan_of(shot, Stage::simulate).state_bytes_per_particle());
+}
 
 double Prediction::cpu_seconds() const {
   double total = 0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
@@ -12,6 +11,7 @@
 #include "app/study/child.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "sim/size.h"
 
 namespace app {
 namespace {
@@ -102,11 +102,9 @@ std::int64_t disk_bytes(const fs::path& folder) {
 
 std::vector<std::string> coarser(const Shot& shot, double share) {
   const sim::Options& o = shot.scene.options;
-  std::int64_t common = 0, fewest = std::numeric_limits<std::int64_t>::max();
-  for (int a = 0; a < o.dimension; ++a) {
-    const std::int64_t cells = std::llround(o.domain.size()[a] / o.cell);
-    common = std::gcd(common, cells), fewest = std::min(fewest, cells);
-  }
+  const std::int64_t common = sim::common_parts(o);
+  std::int64_t fewest = std::numeric_limits<std::int64_t>::max();
+  for (int a = 0; a < o.dimension; ++a) fewest = std::min<std::int64_t>(fewest, std::llround(o.domain.size()[a] / o.cell));
   std::int64_t best = 0;
   for (std::int64_t parts = 1; parts < common; ++parts) {
     if (fewest * parts / common < 4) continue;
