@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 
 #include "app/commands/commands.h"
 #include "base/error.h"
@@ -45,5 +46,8 @@ int main(int count, char** words) {
   std::signal(SIGXFSZ, SIG_IGN);   // a file over the limit is a write that fails, not a crash
   flush_denormals();
   use_one_blas_thread();
-  return app::run_command_line(count, words);
+  const int code = app::run_command_line(count, words);
+  if (code == 0) return 0;
+  std::fflush(nullptr);
+  std::_Exit(code);   // after a failure the threads of a library may wait for memory for ever, and at a plain end it would wait for them
 }

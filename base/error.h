@@ -15,6 +15,7 @@ enum class Exit : int {
   resume_refused = 4,
   io = 5,               // disk
   answer_is_no = 6,     // ran well, and the answer is no
+  package = 69,         // a program that is needed is not installed
 };
 
 /// One error as the user sees it. Parts that do not apply stay empty.

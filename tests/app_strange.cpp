@@ -258,6 +258,32 @@ TEST_F(Strange, DocumentsAreReadWithBoundedMemory) {
   EXPECT_LT(fs::file_size(folder / "out/x/ledger/simulate.0002.json"), 1u << 20);
 }
 
+// The image alone takes more than there is; what was made before stays, and the run says where it ended.
+TEST_F(Strange, WhatRunsOutOfMemoryNamesStageFrameAndKeyAndRunJsonSaysSo) {
+  run_well({"run", "x.toml"});
+  const std::string line = "x.toml: render.width = 12000 pixels: out of memory in render of frame 1 (what is finished is kept: with more memory the "
+                           "same command goes on; smaller pictures need less)";
+  expect_line(shell("ulimit -v 4000000; $P render x.toml --set render.width=12000 --set render.height=8000"), 2, line);
+  EXPECT_EQ(run_json().at("stopped"), (Json{{"code", 2}, {"message", line}, {"stage", "render"}, {"frame", 1}}));
+  EXPECT_EQ(run_json().at("frames").size(), 2u);
+  expect_no_dot_files();
+  run_well({"run", "x.toml"});
+  EXPECT_FALSE(run_json().contains("stopped"));
+}
+
+TEST_F(Strange, WithoutFfmpegAllButTheMovieIsThereAndTheLineSaysHowToMakeIt) {
+  const std::string line = "out/x/movie.mp4: not made, the images are complete: ffmpeg cannot be started: No such file or directory (apt-get install "
+                           "ffmpeg, then: polypic run x.toml --frames 1)";
+  expect_line(shell("PATH=/usr/sbin; $(echo " POLYPIC_PROGRAM ") run x.toml --restart --frames 1"), 69, line);
+  EXPECT_EQ(run_json().at("stopped"), (Json{{"code", 69}, {"message", line}}));
+  EXPECT_TRUE(run_json().at("frames").at(0).at("seconds").contains("render"));
+  EXPECT_TRUE(fs::exists(folder / "out/x/report.html"));
+  expect_no_dot_files();
+  EXPECT_NE(run_well({"run", "x.toml", "--frames", "1"}).out.find("kept   frame 1\n"), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder / "out/x/movie.mp4"));
+  EXPECT_FALSE(run_json().contains("stopped"));
+}
+
 TEST_F(Strange, DiffWritesOverNothingItCompares) {
   run_well({"run", "x.toml"});
   const std::string first = "out/x/images/beauty.0001.png", second = "out/x/images/beauty.0002.png", before = text_of(folder / first);

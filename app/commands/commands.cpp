@@ -74,7 +74,7 @@ int run_command_line(int count, const char* const* words) {
   } catch (const Interrupted& e) {
     return fail({.message = e.what()}, 128 + e.signal(), json);
   } catch (const std::bad_alloc&) {
-    return fault("out of memory");
+    return fail({.message = "out of memory"}, static_cast<int>(base::Exit::user), json);
   } catch (const std::exception& e) {
     return fault(std::string("a fault of the program: ") + e.what());
   }

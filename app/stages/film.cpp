@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 #include <nlohmann/json.hpp>
 
+#include "app/plan/limits.h"
 #include "app/plan/plan.h"
 #include "app/stages/document.h"
 #include "app/stages/interrupt.h"
@@ -45,6 +47,16 @@ class KeptFrames {
   std::int64_t first_ = 0, last_ = 0;
 };
 
+/// The result of `work`; where memory runs out in it, that is told as what it is: a shot too large for this machine.
+template <class Work>
+auto within_memory(const Shot& shot, Stage stage, std::int64_t frame, const Work& work) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    refuse_for_memory(shot, "out of memory in " + std::string(stage_name(stage)) + " of frame " + std::to_string(frame));
+  }
+}
+
 /// The stages of a frame, one after another.
 class FrameMaker {
  public:
@@ -58,7 +70,11 @@ class FrameMaker {
       if (!make(frame, /*wait=*/false)) others.push_back(frame);
     for (const std::int64_t frame : others) make(frame, /*wait=*/true);
     kept_.tell(progress_);
+    at_.reset();
   }
+
+  /// What is in hand, or was when it was stopped.
+  const std::optional<std::pair<Stage, std::int64_t>>& at() const { return at_; }
 
  private:
   /// False when another process makes one of the stages; the rest of the frame stands on it.
@@ -90,10 +106,13 @@ class FrameMaker {
     const char* const label = kLabels[static_cast<std::size_t>(stage)];
     if (spent_.empty()) kept_.tell(progress_);
     progress_.working(frame, m_.range.last, label);
-    spent_.emplace_back(label, stage == Stage::simulate  ? points_.make(frame)
-                               : stage == Stage::surface ? pictures_.surface(frame)
-                               : stage == Stage::render  ? pictures_.render(frame)
-                                                         : pictures_.preview(frame));
+    at_ = {stage, frame};
+    spent_.emplace_back(label, within_memory(m_.shot, stage, frame, [&] {
+      return stage == Stage::simulate  ? points_.make(frame)
+             : stage == Stage::surface ? pictures_.surface(frame)
+             : stage == Stage::render  ? pictures_.render(frame)
+                                       : pictures_.preview(frame);
+    }));
     finished_.add(stage, frame);
     return true;
   }
@@ -105,6 +124,7 @@ class FrameMaker {
   PictureMaker pictures_;
   KeptFrames kept_;
   base::StageSeconds spent_;
+  std::optional<std::pair<Stage, std::int64_t>> at_;
 };
 
 // A film of every finished picture.
@@ -119,26 +139,46 @@ void make_movies(const Making& m, Finished& finished) {
   }
 }
 
-nlohmann::ordered_json write_run(const Making& m, base::Progress& progress) {
+nlohmann::ordered_json write_run(const Making& m, base::Progress& progress, const nlohmann::ordered_json& stopped = {}) {
   const Lock lock = Lock::take(m.folder.lock_of_run(), [] {});   // the last to write has read all records
   nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
+  if (!stopped.empty()) run["stopped"] = stopped;
   base::write_text_atomically(m.folder.run(), document_text(run));
   if (m.order.report) write_run_report(m.folder, m.shot, run, m.order.command, progress);
   return run;
 }
 
+// The command that goes on where this one ended.
+std::string without_restart(std::string command) {
+  const std::string restart = " --restart";
+  for (std::size_t at; (at = command.find(restart)) != std::string::npos;) command.erase(at, restart.size());
+  return command;
+}
+
 // Makes everything; whatever stops it, what is finished is told of in run.json and report.html, and the simulation is saved.
 nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, PointsMaker& points, base::Progress& progress) {
+  FrameMaker frames(m, finished, points, progress);
+  const auto write_stopped = [&](int code, const std::string& message) {
+    nlohmann::ordered_json stopped = {{"code", code}, {"message", message}};
+    if (frames.at()) stopped["stage"] = stage_name(frames.at()->first), stopped["frame"] = frames.at()->second;
+    try {
+      write_run(m, progress, stopped);
+    } catch (const std::exception&) {   // a disk or memory that is still full; why the run stopped is what counts
+    }
+  };
   try {
-    FrameMaker(m, finished, points, progress).make_all();
+    frames.make_all();
     make_movies(m, finished);
   } catch (const Interrupted& e) {
     const fs::path saved = points.save();
-    write_run(m, progress);
+    write_stopped(128 + e.signal(), "interrupted");
     throw Interrupted(e.signal(), saved.string());
   } catch (const base::Error& e) {
-    if (e.complaint().code != base::Exit::io) write_run(m, progress);
-    throw;
+    base::Complaint complaint = e.complaint();
+    if (complaint.code == base::Exit::package && !m.order.command.empty())
+      complaint.hint = "apt-get install ffmpeg, then: " + without_restart(m.order.command);
+    write_stopped(static_cast<int>(complaint.code), base::to_line(complaint));
+    throw base::Error(std::move(complaint));
   }
   return write_run(m, progress);
 }
@@ -231,7 +271,7 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   check_upstream(m, finished);
   const std::vector<std::int64_t> missing = missing_points(m, finished);
   if (!missing.empty() && !order.restart) check_version(m);
-  PointsMaker points(shot, m.folder, m.hashes.simulate, missing, progress);
+  PointsMaker points = within_memory(shot, Stage::simulate, 1, [&] { return PointsMaker(shot, m.folder, m.hashes.simulate, missing, progress); });
   announce(m, again, finished, progress);
   if (order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
   write_shot(m, lock, !again.empty());

@@ -30,7 +30,8 @@ struct Order {
 };
 
 /// Makes what is missing, writes run.json and report.html, and returns the content of run.json. Throws base::Error: exit 2 where a file upstream
-/// is missing or another process works there, 3 for an unstable simulation, 4 where frames are of another shot, 5 for the disk; and Interrupted.
+/// is missing, another process works there or memory runs out, 3 for an unstable simulation, 4 where frames are of another shot, 5 for the disk, 69
+/// without ffmpeg; and Interrupted. All that stops frames that are being made is told in run.json, too ("stopped").
 nlohmann::ordered_json make_film(const Shot&, const Order&, base::Progress&);
 
 }  // namespace app

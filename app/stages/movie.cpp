@@ -27,6 +27,9 @@ void run_encoder(std::vector<std::string> words, const std::vector<fs::path>& im
   std::string unreadable;
   const ProgramEnd end = run_program(std::move(words), made.string(), [&](int pipe) { unreadable = feed_images(pipe, images); });
   if (!unreadable.empty()) base::throw_io(made.string(), unreadable);
+  if (!end.started)
+    throw base::Error({.code = base::Exit::package, .file = made.string(),
+                       .message = "not made, the images are complete: " + name + " cannot be started: " + end.said});
   if (!end.well) base::throw_io(made.string(), name + ": " + (end.said.empty() ? "failed" : end.said) + " (the images are complete)");
 }
 

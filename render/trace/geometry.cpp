@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <string>
 
 #include "base/error.h"
@@ -20,14 +21,19 @@ namespace {
 
 [[noreturn]] void fail(const std::string& what) { throw base::Error({.code = base::Exit::fault, .message = "render: " + what}); }
 
+/// Of what Embree could not do.
+[[noreturn]] void fail(const std::string& doing, RTCError error) {
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  fail("Embree, " + doing + ": error " + std::to_string(error));
+}
+
 struct Device {
   explicit Device(int threads) : handle(rtcNewDevice(("threads=" + std::to_string(threads) + ",isa=avx2").c_str())) {
-    if (!handle) fail("Embree gives no device, error " + std::to_string(rtcGetDeviceError(nullptr)));
+    if (!handle) fail("a new device", rtcGetDeviceError(nullptr));
   }
   ~Device() { rtcReleaseDevice(handle); }
   void check(const char* doing) const {
-    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE)
-      fail(std::string("Embree, ") + doing + ": error " + std::to_string(error));
+    if (const RTCError error = rtcGetDeviceError(handle); error != RTC_ERROR_NONE) fail(doing, error);
   }
   RTCDevice handle;
 };
@@ -36,7 +42,7 @@ struct Device {
 template <class T>
 T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count, unsigned slot = 0) {
   auto* items = static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, slot, format, sizeof(T), count));
-  if (!items) fail("out of memory");
+  if (!items) throw std::bad_alloc();
   return items;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <sstream>
 #include <string_view>
 
@@ -78,7 +79,8 @@ Contents read(const std::filesystem::path& path) {
   if (magic != openvdb::OPENVDB_MAGIC) base::throw_input(path.string(), bytes.empty() ? "the file is empty" : "not an OpenVDB file");
   if (bytes.size() < kTagOffset + kTagLength) base::throw_input(path.string(), "the file is cut short");
   const std::string tag = bytes.substr(kTagOffset, kTagLength);
-  if (tag.starts_with(kTagMark) && tag != tag_of(bytes))
+  const bool is_ours = tag.starts_with(kTagMark);
+  if (is_ours && tag != tag_of(bytes))
     base::throw_input(path.string(), "the file is damaged or cut short (its checksum does not match)");
   Contents contents;
   try {
@@ -89,6 +91,9 @@ Contents read(const std::filesystem::path& path) {
     contents.metadata = stream.getMetadata();
   } catch (const std::ios_base::failure&) {
     base::throw_input(path.string(), "the file is cut short");
+  } catch (const std::bad_alloc&) {
+    if (is_ours) throw;   // whole, so memory is what lacks
+    base::throw_input(path.string(), "does not fit into memory");
   } catch (const std::exception& e) {
     base::throw_input(path.string(), std::string("cannot be read: ") + e.what());
   }
