@@ -144,6 +144,18 @@ TEST_F(Strange, AShotOfTheUsersIsNotWrittenOver) {
   run_well({"simulate", "x.toml", "--set", "sim.cfl=0.5"});   // as a run leaves it that was killed before its first frame
 }
 
+TEST_F(Strange, TheReportOfAStudyIsNotReplacedByThatOfARun) {
+  for (const std::string made : {"cost.json", "verify.json"}) {
+    fs::create_directory(folder / "study");
+    write("study/" + made, "{}");
+    write("study/report.html", "mine");
+    expect_line(run({"run", "x.toml", "--out", "study"}), 2,
+                "study: holds " + made + ", whose report.html the run's would replace (another --out leaves it)");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "study"), {}), 2);
+    fs::remove_all(folder / "study");
+  }
+}
+
 TEST_F(Strange, AnyNameIsTheNameOfAShot) {
   for (const std::string name : {"x%d", "it's \"q\"", "line\nbreak", "-x", ".", "b\xff", "a b", "run"}) {
     write(name + ".toml", kSmallShot);

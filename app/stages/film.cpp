@@ -262,6 +262,7 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   if (!fs::exists(m.folder.root(), none)) check_upstream(m, finished);   // no directory is made for a stage that cannot start
   spare_shots_of_others(m);
   FolderLock lock(m.folder);
+  m.folder.refuse_for_reports_of_studies();
   const std::optional<Lock> simulating = lock_simulation(m);
   if (order.restart) require_alone(m, lock);
 

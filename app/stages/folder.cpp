@@ -113,6 +113,14 @@ void Folder::refuse_for_other_reports(const fs::path& out) {
     base::throw_input("--out " + out.string(), "is the directory of a run, whose report.html would be written over");
 }
 
+void Folder::refuse_for_reports_of_studies() const {
+  std::error_code none;
+  for (const char* const made : {"cost.json", "verify.json"})
+    if (!has_ledger() && fs::exists(root_ / made, none))
+      throw base::Error({.file = root_.string(), .hint = "another --out leaves it",
+                         .message = std::string("holds ") + made + ", whose report.html the run's would replace"});
+}
+
 std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }
 
 void Folder::make_room_for(const fs::path& file) {

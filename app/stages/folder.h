@@ -44,6 +44,8 @@ class Folder {
   bool has_ledger() const;
   /// Of a study or of verified cases: throws base::Error (exit 2) where a run was, whose report theirs would replace.
   static void refuse_for_other_reports(const std::filesystem::path& out);
+  /// The other way round: where a study or verified cases are, and no run.
+  void refuse_for_reports_of_studies() const;
   /// Frames that have a checkpoint, ascending.
   std::vector<std::int64_t> checkpoints() const;
 
