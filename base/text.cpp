@@ -40,17 +40,37 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
+namespace {
+
+std::string lower(std::string_view word) {
+  std::string letters(word);
+  for (char& c : letters)
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  return letters;
+}
+
+}  // namespace
+
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {
   constexpr std::size_t kLongest = 100;  // the table is quadratic and the word is the user's
   if (word.size() > kLongest) return {};
+  const std::string small = lower(word);
   std::string nearest;
   std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(word, candidate);
+    const std::size_t distance = edit_distance(small, lower(candidate));
     if (distance < least && distance < candidate.size()) {
       least = distance;
       nearest = candidate;
     }
+  }
+  if (!nearest.empty()) return nearest;
+  constexpr std::size_t kShortest = 3;   // of what an abbreviation and the word it is of have in common
+  std::size_t most = kShortest - 1;
+  for (const std::string& candidate : candidates) {
+    const std::string other = lower(candidate);
+    const std::size_t common = std::min(small.size(), other.size());
+    if (common > most && small.compare(0, common, other, 0, common) == 0) most = common, nearest = candidate;
   }
   return nearest;
 }

@@ -19,7 +19,8 @@ double round_up(double);
 /// Edits (insert, delete, replace, swap of neighbours) that turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The candidate nearest to a misspelt word, or empty when none is near enough to be meant.
+/// The candidate nearest to a misspelt word, be it in small letters or in large ones, or else one that is the word's beginning, or whose beginning
+/// the word is ("sim" and "simulation"); empty when none is near enough to be meant.
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace base

@@ -61,7 +61,11 @@ TEST(NearestWord, IsEmptyWhenNothingIsNear) {
   const std::vector<std::string> words{"cell", "cfl", "domain"};
   EXPECT_EQ(base::nearest_word("cel", words), "cell");
   EXPECT_EQ(base::nearest_word("domian", words), "domain");
+  EXPECT_EQ(base::nearest_word("CFL", words), "cfl");
+  EXPECT_EQ(base::nearest_word("simulation", std::vector<std::string>{"shot", "sim"}), "sim");
   EXPECT_EQ(base::nearest_word("viscosity", words), "");
+  EXPECT_EQ(base::nearest_word("dom", words), "domain");
+  EXPECT_EQ(base::nearest_word("ce", words), "");   // two letters begin too many words
   EXPECT_EQ(base::nearest_word("x", std::vector<std::string>{"y"}), "");
   EXPECT_EQ(base::nearest_word(std::string(100000, 'c'), words), "");
 }

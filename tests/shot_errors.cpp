@@ -34,6 +34,8 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
       {"[sim]\nfps = 24\n", "x.toml:5:1: sim.fps: unknown key (did you mean shot.fps?)"},
       {"[sim]\nviscosity = 24\n", "x.toml:5:1: sim.viscosity: unknown key"},
       {"[simm]\ncell = 0.1\n", "x.toml:4:2: simm: unknown key (did you mean sim?)"},
+      {"[simulation]\ncell = 0.1\n", "x.toml:4:2: simulation: unknown key (did you mean sim?)"},
+      {"[sim]\nCFL = 0.5\n", "x.toml:5:1: sim.CFL: unknown key (did you mean sim.cfl?)"},
       {"[sim]\nseed = 1.0\n", "x.toml:5:8: sim.seed = 1: must be a whole number at least 0"},
       {"[sim]\nseed = -3\n", "x.toml:5:8: sim.seed = -3: must be at least 0"},
       {"[sim]\ntransfer = \"polipic\"\n",
