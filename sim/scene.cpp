@@ -236,16 +236,16 @@ base::Box Shape::bounds() const {
 void Body::params(base::Params& p) {
   p("name", name, "unique name, used by --set body.NAME.key");
   p.table("shape", "where the material is at the first frame", [&](base::Params& q) { shape.params(q, true); });
-  const auto presets = p.when(is_solid) && p.when(!is_solid) ? std::span<const std::string_view>(kMaterialNames)   // whoever describes sees them all
-                       : is_solid                            ? material_presets()
-                                                             : std::span<const std::string_view>(kMaterialNames).first(1);
+  // Whoever describes sees them all, and a solid's material without the solver is told what it needs.
+  const auto presets = p.when(!is_solid) ? std::span<const std::string_view>(kMaterialNames) : material_presets();
   if (is_solid) material = material_presets().front();
   p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"",
                     [&](base::Params& q) {
                       solid = preset_material(is_solid ? material : material_presets().front());   // whoever describes sees a solid's
                       if (q.when(!is_solid)) q("density", is_solid ? solid.density : density, "kg/m^3", "mass per volume", base::above(0));
-                      if (q.when(is_solid)) solid.params(q);
+                      if (q.when(is_solid || material != kMaterialNames.front())) solid.params(q);
                     });
+  p.require(is_solid || material == kMaterialNames.front(), "material", fmt::format("\"{}\" needs sim.solver = \"solid\"", material));
   p("velocity", velocity, "m/s", "velocity at the first frame");
   if (p.when(is_solid)) {
     if (p.vector_size() == 3) p("spin", spin, "rad/s", "turning at the first frame, about the body's middle");

@@ -54,7 +54,10 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
       {"velocity = [1, 0, \"a\"]\n", "x.toml:4:12: body.column.velocity = [1, 0, \"a\"] m/s: must be three numbers, [x, y, z]"},
       {"velocity = [1, 0, inf]\n", "x.toml:4:12: body.column.velocity = [1, 0, inf] m/s: must be finite in each component"},
       {"material = \"watr\"\n",
-       "x.toml:4:12: body.column.material = \"watr\": must be \"water\", or a table with preset and keys (did you mean \"water\"?)"},
+       "x.toml:4:12: body.column.material = \"watr\": must be \"water\", \"jelly\", \"rubber\", \"steel\", "
+       "\"clay\", \"dry_sand\", \"wet_sand\", \"snow\" or \"water_mpm\", or a table with preset and keys (did you mean \"water\"?)"},
+      {"material = \"jelly\"\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
+      {"material = { preset = \"jelly\", young = 2e4 }\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
       {"material = { preset = \"water\", young = 1 }\n", "x.toml:4:32: body.column.material.young: has no effect with the other values given here"},
       {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
       {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},

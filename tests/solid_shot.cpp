@@ -64,7 +64,7 @@ TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
       {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: has no effect with the other values given here"},
       {"material = \"water\"\n",
        "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
-       "or \"water_mpm\", or a table with preset and keys"},
+       "or \"water_mpm\", or a table with preset and keys (did you mean \"water_mpm\"?)"},
       {"modes = 4\ntransfer = \"apic\"\n", "x.toml:6:9: body.cube.modes = 4: needs transfer = \"polypic\""},
       {"look = \"steel\"\n[[body]]\nname = \"the other\"\nshape = { sphere = { center = [0.8, 0.8, 0.8], radius = 0.1 } }\nlook = \"clay\"\n",
        "x.toml:8:8: body.2.name = \"the other\": must be letters, digits, _ or -, and begin with a letter"},   // of grids, too
