@@ -250,6 +250,9 @@ TEST_F(Strange, AShotWithAFileBesideItGoesOn) {
   run_well(words);
   EXPECT_NE(run_well(words).out.find("kept   frames 1-2\n"), std::string::npos);
   EXPECT_NE(run_well({"run", "sub/s.toml", "--set", "camera.fov=30"}).out.find("again  render (camera.fov changed)\n"), std::string::npos);
+  run_well({"simulate", "out/s/shot.toml", "--out", "again", "--frames", "1"});   // the run's copy finds the file from where it is
+  run_well({"simulate", "again/shot.toml", "--out", "again", "--frames", "1"});
+  EXPECT_EQ(text_of(folder / "again/shot.toml").substr(0, 37), "# The files it names lie in ../sub\n[s");
   const auto points = time_of("out/s/points/points.0002.vdb"), surface = time_of("out/s/surface/surface.0002.vdb");
   write("sub/m.obj", "v 0 0 0\nv 0.4 0 0\nv 0 0.3 0.2\nf 1 2 3\n");
   EXPECT_NE(run_well({"run", "sub/s.toml", "--set", "camera.fov=30"}).out.find("again  render (the content of a file changed)\n"), std::string::npos);

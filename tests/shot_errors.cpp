@@ -255,6 +255,12 @@ TEST_F(BadShot, ThatIsMissingOrTooLargeIsNotRead) {
   EXPECT_EQ(line("# " + std::string(1 << 20, 'x')), "x.toml: larger than 1048576 bytes");
 }
 
+TEST_F(BadShot, WithoutItsMeshIsToldAtTheKeyThatNamesIt) {
+  const std::string none = (folder / "none.obj").string() + ": No such file or directory";
+  EXPECT_EQ(line("[[body]]\nname = \"hero\"\nshape = { mesh = { file = \"none.obj\" } }\n"), "x.toml:3:9: body.hero.shape.mesh.file: " + none);
+  EXPECT_EQ(line(kLeast + "[[set]]\nname = \"room\"\nmesh = { file = \"none.obj\" }\n"), "x.toml:6:8: set.room.mesh.file: " + none);
+}
+
 TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {
   std::string deep = "a";
   for (int i = 0; i < 100000; ++i) deep += ".a";

@@ -76,11 +76,8 @@ Json prediction_json(const Prediction& p) {
 }
 
 void refuse_to_draw_over_the_shot(const std::filesystem::path& graph, const Shot& shot) {
-  std::vector<std::filesystem::path> named = shot.render.files();
-  for (const sim::Body& body : shot.scene.bodies)
-    if (body.shape.mesh) named.push_back(shot.file.parent_path() / body.shape.mesh->file);
   refuse_to_write_over({shot.file}, "--graph", graph, "is the shot itself");
-  refuse_to_write_over(named, "--graph", graph, "is a file that the shot names");
+  refuse_to_write_over(named_files(shot), "--graph", graph, "is a file that the shot names");
 }
 
 std::optional<Pilot> pilot_for(const Shot& shot, const Request& request, const FrameRange& range, int threads) {

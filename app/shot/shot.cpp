@@ -26,6 +26,7 @@ struct Reading {
   Shot shot;
   Node given, complete;
   std::vector<Origin> shapes;   // where those of the bodies are written
+  std::vector<Origin> pieces;   // the meshes of the sets
 };
 
 Reading read_merged(const Node& root, const std::string& file) {
@@ -60,6 +61,8 @@ Reading read_text(std::string_view text, const std::string& file, const Override
   reading.shot.has_pictures = root.find("render") != nullptr;
   if (reading.shot.has_pictures) reading.given.at("render");   // also where none of its keys is given
   for (const Node& body : root.find("body")->items) reading.shapes.push_back(body.find("shape")->origin);   // both are there: it was read
+  if (const Node* sets = root.find("set"))
+    for (const Node& set : sets->items) reading.pieces.push_back(set.find("mesh")->origin);
   check_other_rungs(layers);
   return reading;
 }
@@ -72,13 +75,29 @@ void require_look(base::Params& p, const std::map<std::string, render::Look>& lo
   p.require(looks.contains(look), key, "there is no such look; there are " + names);
 }
 
-Shot make_shot(Reading reading, const std::filesystem::path& file) {
+constexpr std::string_view kFolderMark = "# The files it names lie in ", kFolderEnd = "\n";
+
+/// What a run's copy of a shot begins with where files lie elsewhere; empty for other texts.
+std::string_view folder_line(std::string_view text) {
+  return text.starts_with(kFolderMark) ? text.substr(0, text.find(kFolderEnd) + kFolderEnd.size()) : std::string_view();
+}
+
+/// Where the files lie that a shot names: beside it, or beside what a run's copy was made from.
+std::filesystem::path folder_of(const std::filesystem::path& file, std::string_view text) {
+  const std::string_view line = folder_line(text);
+  std::error_code none;
+  if (line.empty() || !std::filesystem::is_directory(file.parent_path() / "ledger", none)) return file.parent_path();
+  return file.parent_path() / line.substr(kFolderMark.size(), line.size() - kFolderMark.size() - kFolderEnd.size());
+}
+
+Shot make_shot(Reading reading, const std::filesystem::path& file, const std::filesystem::path& folder) {
   Shot shot = std::move(reading.shot);
   shot.name = file.stem().string();
   shot.file = file;
+  shot.folder = folder;
   shot.resolved = shot_text(reading.given);
   shot.values = flat(reading.complete);
-  shot.render.folder = file.parent_path();
+  shot.render.folder = folder;
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
   if (shot.scene.options.is_solid())
@@ -87,7 +106,7 @@ Shot make_shot(Reading reading, const std::filesystem::path& file) {
   shot.render.shows_tension = shot.scene.options.is_solid();
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;
-  for (render::SetPiece& piece : shot.render.sets) piece.file = file.parent_path() / piece.file;
+  for (render::SetPiece& piece : shot.render.sets) piece.file = folder / piece.file;
   shot.render.dimension = shot.scene.options.dimension;
   return shot;
 }
@@ -124,11 +143,33 @@ void read_body(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
   if (!mesh.solid->objection().empty()) base::throw_input(path.string(), mesh.solid->objection());
 }
 
+template <class Entry>
+std::vector<std::string> entry_names(const std::vector<Entry>& entries) {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) names.push_back(entry.name.empty() ? std::to_string(names.size() + 1) : entry.name);
+  return names;
+}
+
+/// What is wrong with a file, said where the shot names it.
+template <class Read>
+void at_its_key(const Origin& origin, const std::string& key, const Read& read) {
+  try {
+    read();
+  } catch (const base::Error& e) {
+    throw base::Error(complaint_at(origin, {.code = e.complaint().code, .key = key, .message = e.what()}));
+  }
+}
+
+void require_file(const std::filesystem::path& file) {
+  std::error_code failure;
+  if (!std::filesystem::exists(file, failure)) base::throw_input(file.string(), failure ? failure.message() : "No such file or directory");
+}
+
 /// Files that bodies are made from.
 std::vector<std::filesystem::path> body_files(const Shot& shot) {
   std::vector<std::filesystem::path> files;
   for (const sim::Body& body : shot.scene.bodies)
-    if (body.shape.mesh) files.push_back(shot.file.parent_path() / body.shape.mesh->file);
+    if (body.shape.mesh) files.push_back(shot.folder / body.shape.mesh->file);
   return files;
 }
 
@@ -237,22 +278,43 @@ void Shot::params(base::Params& p) {
 }
 
 Shot read_shot_alone(const std::filesystem::path& file, const Overrides& overrides) {
-  return make_shot(read_text(base::read_file(file, kLargestShot), file.string(), overrides), file);
+  const std::string text = base::read_file(file, kLargestShot);
+  return make_shot(read_text(text, file.string(), overrides), file, folder_of(file, text));
 }
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  Reading reading = read_text(base::read_file(file, kLargestShot), file.string(), overrides);
-  const std::vector<Origin> shapes = std::move(reading.shapes);
-  Shot shot = make_shot(std::move(reading), file);
-  for (sim::Body& body : shot.scene.bodies)
-    if (body.shape.mesh) read_body(*body.shape.mesh, file.parent_path());
+  const std::string text = base::read_file(file, kLargestShot);
+  Reading reading = read_text(text, file.string(), overrides);
+  const std::vector<Origin> shapes = std::move(reading.shapes), pieces = std::move(reading.pieces);
+  Shot shot = make_shot(std::move(reading), file, folder_of(file, text));
+  const std::vector<std::string> bodies = entry_names(shot.scene.bodies), sets = entry_names(shot.render.sets);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (auto& mesh = shot.scene.bodies[i].shape.mesh)
+      at_its_key(shapes.at(i), "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    at_its_key(pieces.at(i), "set." + sets[i] + ".mesh.file", [&] { require_file(shot.render.sets[i].file); });
   if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene))
     throw base::Error(complaint_at(shapes.at(empty->body), empty->complaint));
   return shot;
 }
 
+std::vector<std::filesystem::path> named_files(const Shot& shot) {
+  std::vector<std::filesystem::path> files = body_files(shot), more = shot.render.files();
+  files.insert(files.end(), more.begin(), more.end());
+  return files;
+}
+
+std::string copy_of(const Shot& shot, const std::filesystem::path& out) {
+  std::error_code none;
+  const std::filesystem::path there = std::filesystem::weakly_canonical(std::filesystem::absolute(out, none), none),
+                              from = std::filesystem::weakly_canonical(std::filesystem::absolute(shot.folder, none), none);
+  const std::string way = from.lexically_relative(there).generic_string();
+  if (way == "." || way.find('\n') != std::string::npos || named_files(shot).empty()) return shot.resolved;
+  return std::string(kFolderMark) + way + std::string(kFolderEnd) + shot.resolved;
+}
+
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
-  const Shot then = make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml");
+  const Shot then = make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml", "");
   auto before = flat(stage_keys(then, stage)), after = flat(stage_keys(now, stage));
   for (auto* keys : {&before, &after}) std::sort(keys->begin(), keys->end());   // the order in which they are told
   const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(after.begin(), after.end());
@@ -267,7 +329,7 @@ std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const S
 
 bool is_resolved(const std::string& text) {
   try {
-    return make_shot(read_text(text, "shot.toml", {}), "shot.toml").resolved == text;
+    return make_shot(read_text(text, "shot.toml", {}), "shot.toml", "").resolved == text.substr(folder_line(text).size());
   } catch (const base::Error&) {
     return false;
   }

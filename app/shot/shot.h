@@ -16,6 +16,7 @@ namespace app {
 struct Shot {
   std::string name;             // the file's stem
   std::filesystem::path file;
+  std::filesystem::path folder; // that its relative paths start from: the file's own, or that of the shot which a run's copy is of
   std::int64_t frames = 24;
   double fps = 24;              // [1/s]
   std::string quality = "normal";
@@ -69,7 +70,13 @@ struct ChangedKey {
 /// Throws base::Error when that is no shot.
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage);
 
-/// Whether a text is the `resolved` of some shot, and nobody's own writing.
+/// Meshes and pictures that the shot is made from.
+std::vector<std::filesystem::path> named_files(const Shot&);
+
+/// What a run in `out` keeps of its shot: `resolved`, and before it, where it names files, a comment by which read_shot finds them from there.
+std::string copy_of(const Shot&, const std::filesystem::path& out);
+
+/// Whether a text is such a copy of some shot, and nobody's own writing.
 bool is_resolved(const std::string& text);
 
 /// Canonical text of the keys one stage reads, for its hash: "simulate", "surface", "render" or "preview"; defaults, and the looks and lights

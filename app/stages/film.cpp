@@ -238,7 +238,7 @@ void spare_shots_of_others(const Making& m) {
   std::error_code none;
   if (!fs::exists(file, none)) return;
   const std::string hint = "another --out leaves it";
-  if (fs::equivalent(file, m.shot.file, none) && base::read_file(file, kLargestRecord) != m.shot.resolved)
+  if (fs::equivalent(file, m.shot.file, none) && base::read_file(file, kLargestRecord) != copy_of(m.shot, m.folder.root()))
     throw base::Error({.file = file.string(), .hint = hint, .message = "is the shot itself, and the run would write its own copy over it"});
   if (!m.folder.has_ledger() && !is_resolved(base::read_file(file, kLargestRecord)))
     throw base::Error({.file = file.string(), .hint = hint, .message = "is not of a run, and this one would write its own over it"});
@@ -247,9 +247,10 @@ void spare_shots_of_others(const Making& m) {
 void write_shot(const Making& m, const FolderLock& lock, bool changed) {
   std::error_code none;
   const bool there = fs::exists(m.folder.shot(), none);
-  if (there && base::read_file(m.folder.shot(), kLargestRecord) == m.shot.resolved) return;
+  const std::string copy = copy_of(m.shot, m.folder.root());
+  if (there && base::read_file(m.folder.shot(), kLargestRecord) == copy) return;
   if (!lock.alone() && (!there || changed || reads_otherwise(m))) require_alone(m, lock);
-  if (lock.alone()) base::write_text_atomically(m.folder.shot(), m.shot.resolved);
+  if (lock.alone()) base::write_text_atomically(m.folder.shot(), copy);
 }
 
 }  // namespace
@@ -261,8 +262,8 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   std::error_code none;
   if (!fs::exists(m.folder.root(), none)) check_upstream(m, finished);   // no directory is made for a stage that cannot start
   spare_shots_of_others(m);
-  FolderLock lock(m.folder);
   m.folder.refuse_for_reports_of_studies();
+  FolderLock lock(m.folder);
   const std::optional<Lock> simulating = lock_simulation(m);
   if (order.restart) require_alone(m, lock);
 
