@@ -128,6 +128,28 @@ TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   EXPECT_LT(Json::parse(text_of(log / "cache/polypic/outcomes.json")).at("runs").at(0).at("disk"), 1e7);
 }
 
+TEST_F(PlanCommand, MeasuresNothingForAReaderThatIsGone) {
+  const std::string line = "cd '" + folder.string() + "' && { trap '' PIPE; (while echo; do :; done) 2>/dev/null; " POLYPIC_PROGRAM
+                           " plan x.toml 2>/dev/null; echo $? >code; } | true";
+  EXPECT_EQ(std::system(line.c_str()), 0);
+  EXPECT_EQ(text_of(folder / "code"), "0\n");
+  EXPECT_FALSE(std::filesystem::exists(log / "cache/polypic"));   // where what was measured would be kept
+}
+
+TEST_F(PlanCommand, NamesTheMemoryThatARunNames) {
+  const auto with = [&](const std::string& command) {
+    const std::string err = run({command, "x.toml", "--set", "sim.cell=0.0005", "--frames", "1"}).err;
+    return err.substr(0, err.find(", and there are"));
+  };
+  const std::string before = with("plan");
+  EXPECT_NE(before.find(" of memory"), std::string::npos) << before;
+  EXPECT_EQ(with("run"), before);
+  ASSERT_EQ(run({"plan", "x.toml", "--frames", "1"}).exit, 0);   // other sizes of the same shot: now both know what was measured
+  const std::string after = with("plan");
+  EXPECT_NE(after, before);
+  EXPECT_EQ(with("run"), after);
+}
+
 TEST_F(PlanCommand, DrawsThePasses) {
   ASSERT_EQ(run({"plan", "x.toml", "--graph", "passes.svg"}).exit, 0);
   const std::string picture = text_of(folder / "passes.svg");
@@ -174,6 +196,10 @@ TEST_F(PlanCommand, RefusesWhatCannotFitBeforeItStarts) {
   const Json error = Json::parse(run({"plan", "x.toml", "--set", "sim.cell=0.0005", "--json"}).out)["error"];
   EXPECT_EQ(error["key"], "sim.cell");
   EXPECT_EQ(error["code"], 2);
+  // ... nor by the shot: its domain is a multiple of it.
+  const std::string hint = error["hint"];
+  const Outcome taken = run({"plan", "x.toml", "--json", "--frames", "1", "--set", "sim.cell=" + hint.substr(0, hint.find(' '))});
+  EXPECT_EQ(taken.out.find("multiple"), std::string::npos) << taken.out;
 }
 
 TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
@@ -196,10 +222,6 @@ TEST_F(PlanCommand, ARunWithoutRenderMakesNoPictureAndNoDevice) {
             "polypic: dry.toml: render: the shot asks for no pictures (add [render], or --set render.width=960; --preview draws the points)\n");
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--preview"}).devices, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/dry/preview/preview.0002.png"));
-  // ... nor by the shot: its domain is a multiple of it.
-  const std::string hint = error["hint"];
-  const Outcome taken = run({"plan", "x.toml", "--json", "--frames", "1", "--set", "sim.cell=" + hint.substr(0, hint.find(' '))});
-  EXPECT_EQ(taken.out.find("multiple"), std::string::npos) << taken.out;
   EXPECT_EQ(embree_calls({"render", "dry.toml", "--set", "render.width=64", "--set", "render.spp=1"}).devices, 1);   // asked for after all
 
   write("flat.toml",

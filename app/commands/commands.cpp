@@ -47,12 +47,6 @@ int fail(const base::Complaint& complaint, int code, bool json) {
   return code;
 }
 
-// A pipe whose other end is closed: who reads no further wants to hear nothing more ("| head").
-bool has_lost_its_reader(int stream) {
-  pollfd asked{stream, POLLOUT, 0};
-  return ::poll(&asked, 1, 0) == 1 && (asked.revents & POLLERR) != 0;
-}
-
 bool asks_for_json(int count, const char* const* words) {
   for (int i = 1; i < count; ++i)
     if (std::strcmp(words[i], "--json") == 0) return true;
@@ -60,6 +54,11 @@ bool asks_for_json(int count, const char* const* words) {
 }
 
 }  // namespace
+
+bool has_lost_its_reader(int stream) {
+  pollfd asked{stream, POLLOUT, 0};
+  return ::poll(&asked, 1, 0) == 1 && (asked.revents & POLLERR) != 0;
+}
 
 int run_command_line(int count, const char* const* words) {
   const bool json = asks_for_json(count, words);

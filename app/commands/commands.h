@@ -23,6 +23,9 @@ bool verify(const Request&);
 /// The keys of a shot file.
 void params(const Request&);
 
+/// A pipe whose other end is closed: who reads no further wants to hear nothing more ("| head").
+bool has_lost_its_reader(int stream);
+
 /// Carries out a command line. Returns the exit code, after one line on standard error where that is not 0.
 int run_command_line(int count, const char* const* words);
 

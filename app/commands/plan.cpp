@@ -1,4 +1,5 @@
 #include <tbb/info.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -80,12 +81,12 @@ void refuse_to_draw_over_the_shot(const std::filesystem::path& graph, const Shot
   refuse_to_write_over(named_files(shot), "--graph", graph, "is a file that the shot names");
 }
 
-std::optional<Pilot> pilot_for(const Shot& shot, const Request& request, const FrameRange& range, int threads) {
-  if (std::optional<Pilot> cached = cached_pilot(shot, range.last, threads)) return cached;
+std::optional<Pilot> measured_pilot(const Shot& shot, const Request& request, const FrameRange& range, int threads) {
   catch_signals();
   base::Progress progress(stderr, request.quiet || request.json);
   progress.line("measuring small runs of the shot on this machine ...");
-  std::optional<Pilot> measured = measure_pilot("/proc/self/exe", shot, request.overrides, range.last, threads);
+  std::optional<Pilot> measured =
+      measure_pilot("/proc/self/exe", shot, request.overrides, range.last, threads, [] { return has_lost_its_reader(STDOUT_FILENO); });
   if (measured) keep_pilot(shot, threads, *measured);
   return measured;
 }
@@ -102,8 +103,12 @@ void plan(const Request& request) {
   const double memory = free_memory(), disk = free_disk(request.out.value_or(std::filesystem::path("out") / shot.name));
   if (!request.json) print_effects(shot), print_sizes(shot, size), std::fflush(stdout);
 
-  require_room(shot, least(shot, range), memory, disk);
-  const std::optional<Pilot> pilot = pilot_for(shot, request, range, threads);
+  std::optional<Pilot> pilot = cached_pilot(shot, range.last, threads);
+  if (!pilot) {   // as a run does, which knows no more
+    require_room(shot, least(shot, range), memory, disk);
+    pilot = measured_pilot(shot, request, range, threads);
+    if (has_lost_its_reader(STDOUT_FILENO)) return;
+  }
   std::optional<Prediction> predicted;
   if (pilot) predicted = predict(shot, *pilot, range);
   if (predicted && !request.json) print_prediction(*predicted, *pilot);

@@ -31,11 +31,11 @@ constexpr double kManySamples = 1e6, kManyPixels = 6e5;          // of a picture
 constexpr double kPatience = 6;                                  // [s] of the first run: above it the others stay as small
 
 /// Waits for the process, or ends it when the time is over or a signal came. True when it ended well.
-bool ended_well(pid_t child, double seconds) {
+bool ended_well(pid_t child, double seconds, const std::function<bool()>& given_up) {
   const Stopwatch watch;
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {
-    if (signal_came() || watch.seconds() > seconds) {
+    if (signal_came() || watch.seconds() > seconds || given_up()) {
       ::kill(child, SIGKILL);
       ::waitpid(child, &status, 0);
       stop_if_signalled();
@@ -46,7 +46,7 @@ bool ended_well(pid_t child, double seconds) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-bool run(const fs::path& program, const fs::path& cache, std::vector<std::string> words, double seconds) {
+bool run(const fs::path& program, const fs::path& cache, std::vector<std::string> words, double seconds, const std::function<bool()>& given_up) {
   words.insert(words.begin(), program.string());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -63,7 +63,7 @@ bool run(const fs::path& program, const fs::path& cache, std::vector<std::string
   pid_t child = -1;
   const int failure = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environment.data());
   posix_spawn_file_actions_destroy(&actions);
-  return failure == 0 && ended_well(child, seconds);
+  return failure == 0 && ended_well(child, seconds, given_up);
 }
 
 /// The sizes of a micro-run, and the keys that make them.
@@ -186,8 +186,8 @@ MicroRun read_run(const Sizes& sizes, const fs::path& out) {
 
 class Measuring {
  public:
-  Measuring(fs::path program, const Shot& shot, const Overrides& overrides, int threads)
-      : program_(std::move(program)), shot_(shot), overrides_(overrides), threads_(threads) {}
+  Measuring(fs::path program, const Shot& shot, const Overrides& overrides, int threads, const std::function<bool()>& given_up)
+      : program_(std::move(program)), shot_(shot), overrides_(overrides), threads_(threads), given_up_(given_up) {}
 
   std::optional<Pilot> measure(std::int64_t last_frame) {
     const double picture = std::min({1.0, std::sqrt(kManyPixels / pixels()), std::sqrt(kManySamples / samples())});
@@ -221,21 +221,23 @@ class Measuring {
     if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
     for (const auto& list : {overrides_.sets, sizes.sets})
       for (const std::string& set : list) words.insert(words.end(), {"--set", set});
-    return run(program_, scratch_.path() / "cache", std::move(words), kLongestPilot - watch_.seconds());
+    return run(program_, scratch_.path() / "cache", std::move(words), kLongestPilot - watch_.seconds(), given_up_);
   }
 
   fs::path program_;
   const Shot& shot_;
   const Overrides& overrides_;
   int threads_;
+  const std::function<bool()>& given_up_;
   Stopwatch watch_;
   base::ScratchFolder scratch_;
 };
 
 }  // namespace
 
-std::optional<Pilot> measure_pilot(const fs::path& program, const Shot& shot, const Overrides& overrides, std::int64_t last_frame, int threads) {
-  return Measuring(program, shot, overrides, threads).measure(last_frame);
+std::optional<Pilot> measure_pilot(const fs::path& program, const Shot& shot, const Overrides& overrides, std::int64_t last_frame, int threads,
+                                   const std::function<bool()>& given_up) {
+  return Measuring(program, shot, overrides, threads, given_up).measure(last_frame);
 }
 
 }  // namespace app

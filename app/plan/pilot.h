@@ -3,6 +3,7 @@
 // pictures. From how the costs of these micro-runs lie apart follows what the whole shot will cost (predict.h).
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -41,9 +42,10 @@ inline constexpr double kLongestPilot = 60;
 /// The simulation is followed to this frame at most; later ones are taken to cost the same.
 inline constexpr std::int64_t kLastFollowed = 200;
 
-/// Runs `program` on the shot's file in a folder of its own that is removed at the end. Empty where the time was not enough, or a
-/// micro-run failed.
-std::optional<Pilot> measure_pilot(const std::filesystem::path& program, const Shot&, const Overrides&, std::int64_t last_frame, int threads);
+/// Runs `program` on the shot's file in a folder of its own that is removed at the end. Empty where the time was not enough, a
+/// micro-run failed, or nobody wants to know any more: `given_up` is asked now and then.
+std::optional<Pilot> measure_pilot(const std::filesystem::path& program, const Shot&, const Overrides&, std::int64_t last_frame, int threads,
+                                   const std::function<bool()>& given_up = [] { return false; });
 
 /// The pilot of a shot like this one (other sizes are no difference) on this machine with this program, from the user's cache.
 std::optional<Pilot> cached_pilot(const Shot&, std::int64_t last_frame, int threads);
