@@ -79,8 +79,8 @@ std::array<Axis, 3> axes(const base::Box& box, const view::View& v) {
   return all;
 }
 
-/// Ticks and their labels in metres, as many as there is room for; the last of an axis says which it is.
-void draw_axes(const raster::Canvas& canvas, const base::Box& box, const view::View& v) {
+/// Ticks and their labels in metres, as many as there is room for; the last of them says which axis it is, and comes first.
+void draw_axes(const raster::Canvas& canvas, const base::Box& box, const view::View& v, raster::Labels& labels) {
   const double reach = box.size().maxCoeff();
   const auto pixel = [&](const Vec3& p) -> std::optional<Eigen::Vector2d> {
     const Vec3 way = p - v.position;
@@ -91,15 +91,18 @@ void draw_axes(const raster::Canvas& canvas, const base::Box& box, const view::V
   };
   for (const Axis& axis : axes(box, v)) {
     const double low = box.lower[axis.along], high = box.upper[axis.along], step = raster::tick_step(reach, 4);
-    const auto last = static_cast<int>(std::floor(high / step + 1e-9));
-    for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i <= last; ++i) {
+    const auto last = static_cast<int>(std::floor(high / step + 1e-9)), first = static_cast<int>(std::ceil(low / step - 1e-9));
+    bool is_named = false;
+    for (int i = last; i >= first; --i) {
       Vec3 place = axis.from;
       place[axis.along] = i * step;
       const auto at = pixel(place), end = pixel(place + 0.02 * reach * axis.outward), text = pixel(place + 0.05 * reach * axis.outward);
       if (!at || !end || !text) continue;
+      const std::string label = raster::tick_label(i * step) + (is_named ? "" : std::string(" m ") + "xyz"[axis.along]);
+      const std::int64_t left = std::lround(text->x()) - canvas.width_of(label) / (axis.along == 2 ? 1 : 2);
+      if (!labels.write(left, std::lround(text->y()) - 6 * canvas.scale, label)) continue;
       canvas.line(std::lround(at->x()), std::lround(at->y()), std::lround(end->x()), std::lround(end->y()), kRoom);
-      const std::string label = raster::tick_label(i * step) + (i == last ? std::string(" m ") + "xyz"[axis.along] : "");
-      canvas.write(std::lround(text->x()) - canvas.width_of(label) / (axis.along == 2 ? 1 : 2), std::lround(text->y()) - 6 * canvas.scale, label);
+      is_named = true;
     }
   }
 }
@@ -125,9 +128,10 @@ Image draw(const Setting& setting, const sim::Frame& frame, const surface::Mesh*
   }
   Image image = raster::shrink(raster::rasterize(drawing), options.width, options.height, factor);
   const raster::Canvas canvas{image, static_cast<int>(std::max<std::int64_t>(1, options.height / 500))};
-  draw_axes(canvas, setting.domain, drawing.view);
-  raster::draw_color_bar(canvas, scale);
-  canvas.write(12 * canvas.scale, image.height - 24 * canvas.scale, caption);
+  raster::Labels labels(canvas);
+  labels.write_parts(12 * canvas.scale, image.height - 24 * canvas.scale, caption);
+  raster::draw_color_bar(canvas, scale, labels);
+  draw_axes(canvas, setting.domain, drawing.view, labels);
   return image;
 }
 
@@ -140,5 +144,7 @@ Image preview(const Setting& setting, const sim::Frame& frame, const std::string
 Image preview(const Setting& setting, const sim::Frame& frame, const surface::Mesh& mesh, const std::string& caption, double top_speed) {
   return draw(setting, frame, &mesh, caption, top_speed);
 }
+
+bool has_caption(const Setting& setting) { return setting.dimension == 3 || flat::has_caption(setting.options); }
 
 }  // namespace render

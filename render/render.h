@@ -204,9 +204,12 @@ class PathTracer {
 };
 
 /// Particles as points, or their surface, coloured as setting.preview says, with axes in metres, a colour bar and `caption`. `top_speed` [m/s]
-/// bounds the colour bar, the same for all frames of a shot. Same bits for any number of threads.
+/// bounds the colour bar, the same for all frames of a shot. What has no room is left out: labels of axes that would touch others, the last parts of
+/// the caption (two blanks part them). Same bits for any number of threads.
 Image preview(const Setting&, const sim::Frame&, const std::string& caption, double top_speed);
 Image preview(const Setting&, const sim::Frame&, const surface::Mesh&, const std::string& caption, double top_speed);
+/// Flat pictures without room for axes have none.
+bool has_caption(const Setting&);
 
 /// Pictures as displayed (R G B first), side by side, row by row, each over its label; as many to a row as bring the sheet nearest to 16 : 9.
 /// Throws base::Error (exit 2) when sizes differ.

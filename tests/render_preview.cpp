@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "render/attribute/attribute.h"
+#include "render/raster/canvas.h"
 #include "render/raster/colors.h"
 #include "render/view/view.h"
 #include "tests/render_scenes.h"
@@ -190,6 +191,29 @@ TEST(Preview, HasAxesInMetres) {
   const std::size_t labels = changed(metre, render::preview(setting, {}, "", 2));
   EXPECT_GT(labels, 60u);
   EXPECT_LT(labels, 2000u) << "the room is the same, its labels are not";
+}
+
+// Letters of a caption that would be cut off are not begun: what is left of it is whole.
+TEST(Preview, LeavesOutWhatHasNoRoom) {
+  const render::Setting setting = coloured(3, "speed");
+  const auto with = [&](const char* caption) { return render::preview(setting, {}, caption, 2).pixels; };
+  EXPECT_EQ(with("dam  frame 1  t = 0.000 s  PolyPIC full linear  4320 particles"), with("dam  frame 1  t = 0.000 s"));
+  EXPECT_NE(with("dam  frame 1"), with("dam"));
+  EXPECT_EQ(with(std::string(50, 'x').c_str()), with(""));
+}
+
+TEST(Labels, KeepClearOfEachOtherAndOfTheEdge) {
+  render::Image image{.width = 100, .height = 50, .channels = {"R", "G", "B", "A"}, .pixels = std::vector<float>(100 * 50 * 4)};
+  const render::raster::Canvas canvas{image, 1};
+  render::raster::Labels labels(canvas);
+  EXPECT_TRUE(labels.write(10, 10, "0.1"));
+  const std::vector<float> before = image.pixels;
+  for (const auto& [x, y] : {std::pair{10, 10}, {30, 20}, {4, 2}, {-1, 30}, {90, 30}, {10, 40}, {10, -1}})
+    EXPECT_FALSE(labels.write(x, y, "0.2")) << x << " " << y;
+  EXPECT_EQ(image.pixels, before);
+  labels.keep_clear(60, 0, 10, 50);
+  EXPECT_FALSE(labels.write(50, 30, "0.2"));
+  EXPECT_TRUE(labels.write(10, 30, "0.2"));
 }
 
 TEST(Sheet, PutsPicturesSideBySideOverTheirLabels) {

@@ -27,15 +27,19 @@ std::optional<std::int64_t> common_frame(const std::vector<Folder>& runs, Stage 
   return frames.empty() ? std::nullopt : std::optional(frames.back());
 }
 
-/// NAME  PolyPIC full linear  frame 12  t = 0.458 s  31.5 s: the last is what simulating took so far.
-std::string label_of(const Folder& run, std::int64_t frame) {
+/// NAME  PolyPIC full linear  frame 12  t = 0.458 s  31.5 s: the last is what simulating took so far. NAME and that, where the picture says the
+/// rest itself.
+std::string label_of(const Folder& run, Stage stage, std::int64_t frame) {
   const Shot shot = read_shot_alone(run.shot(), {});
+  const bool is_drawn = stage == Stage::preview || shot.scene.options.dimension == 2;
   double seconds = 0;
   for (const std::int64_t f : run.recorded_frames(Stage::simulate))
     if (const auto record = read_record(run, Stage::simulate, f); record && f <= frame) seconds += record->seconds;
   char text[160];
-  std::snprintf(text, sizeof text, "  %s  frame %lld  t = %.3f s  %.1f s", transfer_text(shot.scene.options).c_str(), static_cast<long long>(frame),
-                static_cast<double>(frame - 1) / shot.fps, seconds);
+  if (is_drawn && render::has_caption(shot.render)) std::snprintf(text, sizeof text, "  simulated in %.1f s", seconds);
+  else
+    std::snprintf(text, sizeof text, "  %s  frame %lld  t = %.3f s  %.1f s", transfer_text(shot.scene.options).c_str(),
+                  static_cast<long long>(frame), static_cast<double>(frame - 1) / shot.fps, seconds);
   const fs::path root = run.root().has_filename() ? run.root() : run.root().parent_path();
   return root.filename().string() + text;
 }
@@ -53,7 +57,7 @@ Panels panels_of_runs(const std::vector<Folder>& runs, const std::optional<Frame
     Panels panels;
     for (const Folder& run : runs) {
       panels.pictures.push_back(render::read_image(stage == Stage::preview ? run.preview(*frame) : run.image(*frame, ".png")));
-      panels.labels.push_back(label_of(run, *frame));
+      panels.labels.push_back(label_of(run, stage, *frame));
     }
     return panels;
   }

@@ -110,7 +110,7 @@ void draw_frame(const raster::Canvas& canvas, const view::Plane& plane) {
 }
 
 /// Ticks every so many metres, about 90 pixels apart; the last label of an axis says the unit.
-void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis) {
+void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis, raster::Labels& labels) {
   const std::int64_t s = canvas.scale;
   const double length = plane.upper[axis] - plane.lower[axis],
                step = raster::tick_step(length, std::max(1.0, plane.scale * length / (90.0 * canvas.scale)));
@@ -123,10 +123,10 @@ void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis
     const std::string label = raster::tick_label(static_cast<double>(i) * step) + (i == last ? " m" : "");
     if (axis == 0) {
       canvas.fill(x, y, s, 6 * s, kFrame);
-      canvas.write(x - canvas.width_of(label) / 2, y + 8 * s, label);
+      labels.write(x - canvas.width_of(label) / 2, y + 8 * s, label);
     } else {
       canvas.fill(x - 6 * s, y, 6 * s, s, kFrame);
-      canvas.write(x - 10 * s - canvas.width_of(label), y - 6 * s, label);
+      labels.write(x - 10 * s - canvas.width_of(label), y - 6 * s, label);
     }
   }
 }
@@ -143,11 +143,14 @@ Image draw(const Setting& setting, const sim::Frame& frame, const std::string& c
   const raster::Canvas canvas{image, layout.scale};
   draw_frame(canvas, plane);
   if (!layout.axes) return image;
-  draw_ticks(canvas, plane, 0);
-  draw_ticks(canvas, plane, 1);
-  raster::draw_color_bar(canvas, scale);
-  canvas.write(12 * canvas.scale, image.height - 20 * canvas.scale, caption);
+  raster::Labels labels(canvas);
+  labels.write_parts(12 * canvas.scale, image.height - 20 * canvas.scale, caption);
+  raster::draw_color_bar(canvas, scale, labels);
+  draw_ticks(canvas, plane, 0, labels);
+  draw_ticks(canvas, plane, 1, labels);
   return image;
 }
+
+bool has_caption(const Options& options) { return layout_of(options).axes; }
 
 }  // namespace render::flat

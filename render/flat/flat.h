@@ -10,5 +10,7 @@ namespace render::flat {
 /// close as in a full liquid are closed, so that the liquid fills its area and a drop keeps its size. Colliders are filled. Axes in
 /// metres, colour bar and caption stand in the margins of pictures that have room for them. Nothing is drawn outside the domain.
 Image draw(const Setting&, const sim::Frame&, const std::string& caption, double top_speed);
+/// Whether a picture of this size has room for one.
+bool has_caption(const Options&);
 
 }  // namespace render::flat

@@ -43,6 +43,26 @@ void Canvas::line(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_
         y0 + std::lround(static_cast<double>(i * (y1 - y0)) / static_cast<double>(steps)), color);
 }
 
+bool Labels::write(std::int64_t x, std::int64_t y, std::string_view text) {
+  const std::int64_t s = canvas_.scale;
+  const Place place{x, y, x + canvas_.width_of(text), y + kGlyphHeight * s};
+  if (place.left < 0 || place.top < 0 || place.right > canvas_.image.width || place.bottom > canvas_.image.height) return false;
+  const auto touches = [&](const Place& other) {
+    return place.left < other.right + s && other.left < place.right + s && place.top < other.bottom && other.top < place.bottom;
+  };
+  if (std::any_of(taken_.begin(), taken_.end(), touches)) return false;
+  taken_.push_back(place);
+  canvas_.write(x, y, text);
+  return true;
+}
+
+void Labels::write_parts(std::int64_t x, std::int64_t y, std::string_view text) {
+  while (!text.empty() && !write(x, y, text)) {
+    const std::size_t end = text.rfind("  ");
+    text = text.substr(0, end == std::string_view::npos ? 0 : text.find_last_not_of(' ', end) + 1);
+  }
+}
+
 double tick_step(double range, double parts) {
   const double raw = range / parts, power = std::pow(10.0, std::floor(std::log10(raw))), digit = raw / power;
   return (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10) * power;
@@ -57,7 +77,7 @@ std::string tick_label(double value) {
 namespace {
 
 /// A patch of each kind's colour before its name.
-void draw_legend(const Canvas& canvas, const attribute::Scale& scale) {
+void draw_legend(const Canvas& canvas, const attribute::Scale& scale, Labels& labels) {
   const std::int64_t s = canvas.scale, step = 18 * s;
   std::int64_t width = 0;
   for (const std::string& name : scale.names) width = std::max(width, canvas.width_of(name));
@@ -65,14 +85,15 @@ void draw_legend(const Canvas& canvas, const attribute::Scale& scale) {
   std::int64_t y = (canvas.image.height - step * static_cast<std::int64_t>(scale.names.size())) / 2;
   for (std::size_t i = 0; i < scale.names.size(); ++i, y += step) {
     canvas.fill(left, y, 12 * s, 12 * s, scale.color(static_cast<float>(i)));
-    canvas.write(left + 18 * s, y, scale.names[i]);
+    labels.keep_clear(left, y, 12 * s, 12 * s);
+    labels.write(left + 18 * s, y, scale.names[i]);
   }
 }
 
 }  // namespace
 
-void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
-  if (!scale.names.empty()) return draw_legend(canvas, scale);
+void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale, Labels& labels) {
+  if (!scale.names.empty()) return draw_legend(canvas, scale, labels);
   const Image& image = canvas.image;
   const std::int64_t s = canvas.scale, width = 12 * s, height = std::max<std::int64_t>(8 * s, image.height / 2);
   const std::int64_t left = image.width - 64 * s, top = (image.height - height) / 2;
@@ -80,13 +101,16 @@ void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale) {
   for (std::int64_t y = 0; y < height; ++y)
     canvas.fill(left, top + y, width, 1,
                 scale.color(static_cast<float>(scale.top - range * (static_cast<double>(y) + 0.5) / static_cast<double>(height))));
-  const double step = tick_step(range, 5);
+  labels.keep_clear(left, top, width + 6 * s, height);
+  const double room = static_cast<double>(height) / static_cast<double>((kGlyphHeight + 4) * s);   // for labels, one over the other
+  double step = tick_step(range, std::min(5.0, room));
+  if (range / step > room) step = tick_step(step, 0.5);
   for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i * step <= scale.top * (1 + 1e-9); ++i) {
     const auto y = top + std::lround(static_cast<double>(height) * (scale.top - i * step) / range);
     canvas.fill(left + width, std::min(y, top + height - 1), 4 * s, 1, kInk);
-    canvas.write(left + width + 7 * s, y - 6 * s, tick_label(i * step));
+    labels.write(left + width + 7 * s, y - 6 * s, tick_label(i * step));
   }
-  canvas.write(left, top - 22 * s, scale.unit);
+  labels.write(left, top - 22 * s, scale.unit);
 }
 
 Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor) {

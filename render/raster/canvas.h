@@ -24,13 +24,32 @@ struct Canvas {
   std::int64_t width_of(std::string_view text) const;
 };
 
+/// Texts on a picture that keep clear of each other: what would touch an earlier one, or not be whole, is left out.
+class Labels {
+ public:
+  explicit Labels(const Canvas& canvas) : canvas_(canvas) {}
+  /// As Canvas::write. Whether there was room.
+  bool write(std::int64_t x, std::int64_t y, std::string_view text);
+  /// A line of parts with two blanks between them, of which the last ones are left out where the picture is too narrow.
+  void write_parts(std::int64_t x, std::int64_t y, std::string_view text);
+  /// No text is to stand here any more.
+  void keep_clear(std::int64_t x, std::int64_t y, std::int64_t width, std::int64_t height) { taken_.push_back({x, y, x + width, y + height}); }
+
+ private:
+  struct Place {
+    std::int64_t left, top, right, bottom;
+  };
+  const Canvas& canvas_;
+  std::vector<Place> taken_;
+};
+
 /// A step of 1, 2 or 5 times a power of ten that cuts `range` into about `parts`.
 double tick_step(double range, double parts);
 /// A tick's value in as few digits as it takes.
 std::string tick_label(double value);
 
 /// At the right edge, half as high as the picture, with the unit above it.
-void draw_color_bar(const Canvas&, const attribute::Scale&);
+void draw_color_bar(const Canvas&, const attribute::Scale&, Labels&);
 
 /// Means of factor x factor samples (RGBA, 8 bits), display-referred.
 Image shrink(const std::vector<std::uint8_t>& samples, std::int64_t width, std::int64_t height, int factor);
