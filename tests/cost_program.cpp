@@ -58,6 +58,27 @@ TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
   EXPECT_NE(more.out.find("kept   2 of 3 variants"), std::string::npos) << more.out;
 }
 
+// A drop between the places of coarse cells: they would be refused, and say nothing of the shot.
+TEST_F(CostProgram, TriesNoCellsInWhichABodyHasNoParticle) {
+  const std::string shot = "[shot]\nframes = 2\n[sim]\ndimension = 2\ncell = 0.0125\n"
+                           "[[body]]\nname = \"sea\"\nshape = { box = [[0, 0], [1, 0.4]] }\n"
+                           "[[body]]\nname = \"drop\"\nshape = { sphere = { center = [0.5, 0.7], radius = ";
+  write("drop.toml", shot + "0.009 } }\n");
+  const Outcome plan = cost("cost drop.toml --dry-run --vary sim.transfer=pic,apic");
+  EXPECT_EQ(plan.exit, 0) << plan.err;
+  EXPECT_EQ(plan.out.find("cannot run"), std::string::npos) << plan.out;
+  EXPECT_NE(plan.out.find("cells of 0.025 m: "), std::string::npos) << plan.out;
+  EXPECT_NE(plan.out.find("; not in cells of 0.05 m, in which body drop has no particle"), std::string::npos) << plan.out;
+  const Outcome own = cost("cost drop.toml --dry-run --vary sim.cell=0.025,0.05 --vary sim.particles_per_cell=4,16");
+  const std::regex line("drop: cell 0\\.05 [a-z_]+ 4   cannot run: drop\\.toml:11:[0-9]+: body\\.drop\\.shape: no particle");
+  EXPECT_TRUE(std::regex_search(own.out, line)) << own.out;
+  write("drop.toml", shot + "0.003 } }\n");
+  const Outcome none = cost("cost drop.toml --dry-run");
+  EXPECT_EQ(none.exit, 2);
+  const std::string why = "no coarser cell holds every body; not in cells of 0.05 m, in which body drop has no particle";
+  EXPECT_NE(none.err.find(why), std::string::npos) << none.err;
+}
+
 TEST_F(CostProgram, MarksWhatCannotRunGoesOnAndSaysNo) {
   const Outcome made = cost(kProblem + "--repeats 1 --vary sim.kernel=linear,quadratic --vary sim.modes=4,9 --out study");
   EXPECT_EQ(made.exit, 6) << made.err;
