@@ -57,6 +57,28 @@ TEST_F(Predict, FollowsThePowersThatTheRunsShow) {
   EXPECT_NEAR(p.disk.at("points"), 3 * 24 * particles, 100);
 }
 
+// Drops of a splash are faster and more in smaller cells: where the fine run was followed, the coarse one says nothing of later frames.
+TEST_F(Predict, TakesLaterFramesFromTheFinestRunThatWasFollowed) {
+  const app::Shot shot = read(kTank + kGravity, {"sim.cell=0.01"});
+  const double particles = sim::size_of(shot.scene).particles;
+  const auto pilot_with = [&](app::MicroRun fine) {
+    return app::Pilot{.small = run_of(particles / 64, 0.04, 100, 4, 3), .wide = run_of(particles / 64, 0.04, 400, 4, 9), .fine = std::move(fine),
+                      .last = 9, .seconds = 1};
+  };
+  app::MicroRun fine = run_of(particles / 8, 0.02, 400, 4, 9);
+  for (std::int64_t frame = 4; frame <= 9; ++frame) {
+    fine.frames.at(frame).speed = 2;
+    fine.frames.at(frame).cpu.at("simulate/p2g") *= 3;
+  }
+  const double before = app::predict(shot, pilot_with(run_of(particles / 8, 0.02, 400, 4, 3)), {1, 9}).cpu.at("simulate");
+  const double after = app::predict(shot, pilot_with(fine), {1, 9}).cpu.at("simulate");
+  const auto steps = [&](double a, double b) { return sim::steps_in_frame(shot.scene, shot.fps, a, b); };
+  const double a_step = 1e-5 * particles;
+  EXPECT_NEAR(before, 8 * steps(1, 1) * a_step, 0.01 * before);
+  EXPECT_NEAR(after, (2 * steps(1, 1) + 3 * (steps(1, 2) + 5 * steps(2, 2))) * a_step, 0.01 * after);
+  EXPECT_GT(after, 2 * before);
+}
+
 TEST_F(Predict, StepsAreThoseOfTheSimulation) {
   const app::Shot shot = read(kTank + kGravity, {"sim.cell=0.05"});
   const auto simulation = sim::make_simulation(shot.scene, shot.fps);

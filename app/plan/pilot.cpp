@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr double kManyParticles = 60000, kFewParticles = 8000;   // of the fine and the coarse run
 constexpr double kManySamples = 1e6, kManyPixels = 6e5;          // of a picture
+constexpr double kFollowing = 15;                                // [s] that the fine run may take at most to its last frame
 constexpr double kPatience = 6;                                  // [s] of the first run: above it the others stay as small
 
 /// Waits for the process, or ends it when the time is over or a signal came. True when it ended well.
@@ -184,6 +185,15 @@ MicroRun read_run(const Sizes& sizes, const fs::path& out) {
   return result;
 }
 
+/// Of all threads together: more than it takes on the clock.
+double seconds_of_simulating(const MicroRun& run) {
+  double seconds = 0;
+  for (const auto& [frame, cost] : run.frames)
+    for (const auto& [key, spent] : cost.cpu)
+      if (key.starts_with(std::string(stage_name(Stage::simulate)) + "/")) seconds += spent;
+  return seconds;
+}
+
 class Measuring {
  public:
   Measuring(fs::path program, const Shot& shot, const Overrides& overrides, int threads, const std::function<bool()>& given_up)
@@ -200,10 +210,14 @@ class Measuring {
     const bool hurry = watch_.seconds() > kPatience;
     const Sizes wide = sizes_of(shot_, coarse, hurry ? 0.5 * picture : picture);
     const Sizes fine = sizes_of(shot_, hurry ? coarse : coarser_cell(shot_, kManyParticles), hurry ? 0.5 * picture : picture);
-    if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first) || (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last)))
-      return {};
+    if (!make(fine, "fine", 1, first) || !make(wide, "wide", 1, first)) return {};
+    if (pilot.last > first && !make(wide, "wide", pilot.last, pilot.last)) return {};
+    // Drops fly faster in smaller cells, and there are more of them: the fine run is followed, too, where that is quick.
     pilot.small = read_run(small, scratch_.path() / "small");
     pilot.wide = read_run(wide, scratch_.path() / "wide");
+    const double longer = fine.particles / wide.particles * wide.cell / fine.cell, left = kLongestPilot - watch_.seconds();
+    if (pilot.last > first && longer > 1 && seconds_of_simulating(pilot.wide) * longer < std::min(kFollowing, left))
+      make(fine, "fine", pilot.last, pilot.last, "simulate");
     pilot.fine = read_run(fine, scratch_.path() / "fine");
     pilot.seconds = watch_.seconds();
     return pilot;
@@ -215,8 +229,8 @@ class Measuring {
   double pixels() const { return double(shot_.render.options.width * shot_.render.options.height); }
   double samples() const { return shot_.scene.options.dimension == 2 ? pixels() : pixels() * double(shot_.render.options.spp); }
 
-  bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to) {
-    std::vector<std::string> words = {"run", shot_.file.string(), "--quiet", "--no-report", "--out", (scratch_.path() / name).string(), "--threads",
+  bool make(const Sizes& sizes, const std::string& name, std::int64_t from, std::int64_t to, const std::string& command = "run") {
+    std::vector<std::string> words = {command, shot_.file.string(), "--quiet", "--no-report", "--out", (scratch_.path() / name).string(), "--threads",
                                       std::to_string(threads_), "--frames", std::to_string(from) + "-" + std::to_string(to)};
     if (overrides_.quality) words.insert(words.end(), {"--quality", *overrides_.quality});
     for (const auto& list : {overrides_.sets, sizes.sets})

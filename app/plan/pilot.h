@@ -30,7 +30,8 @@ struct MicroRun {
 };
 
 /// Three runs that differ in one size each, so that costs can be told apart: `small` and `wide` in the picture's, `wide` and `fine` in
-/// the simulation's. `wide` has the first frames and the last, and of all between them steps and speed.
+/// the simulation's. `wide` has the first frames and the last, and of all between them steps and speed; so has `fine` where that was quick, without
+/// a picture of the last.
 struct Pilot {
   MicroRun small, wide, fine;
   std::int64_t last = 1;                // frame that the simulation was followed to

@@ -121,11 +121,11 @@ class Predictor {
     return count > 0 ? seconds / count : 0;
   }
 
-  /// What a step costs later on, against the first frames.
+  /// What a step costs later on, against the first frames, in the finest run that was followed so far.
   double late_steps() const {
+    const MicroRun& run = pilot_.fine.frames.contains(pilot_.last) ? pilot_.fine : pilot_.wide;
     double early = 0, late = 0;
-    for (const std::string& key : step_keys_)
-      early += step_cost(pilot_.wide, 1, first_, key), late += step_cost(pilot_.wide, first_, pilot_.last, key);
+    for (const std::string& key : step_keys_) early += step_cost(run, 1, first_, key), late += step_cost(run, first_, pilot_.last, key);
     return early > 0 && late > 0 ? late / early : 1;
   }
 
