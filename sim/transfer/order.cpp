@@ -91,9 +91,15 @@ template <int D>
 class RecentBlocks {
  public:
   bool has(std::int32_t slot, std::int32_t tag) const { return entries_[std::size_t(slot)].tag == tag; }
-  bool has_all(const EightHomes& homes) const {
+  /// The cells of eight particles, numbered block by block; false, and no cells, where not all blocks are known.
+  bool find(const EightHomes& homes, std::array<std::uint32_t, kLanes>& cell) const {
     bool all = true;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) all = all & has(homes.slot[lane], homes.tag[lane]);
+#pragma GCC unroll 8
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Entry& e = entries_[std::size_t(homes.slot[lane])];
+      all = all & (e.tag == homes.tag[lane]);
+      cell[lane] = e.number * std::uint32_t(Lattice<D>::kCellsPerBlock) + std::uint32_t(homes.local[lane]);
+    }
     return all;
   }
   std::uint32_t number(std::int32_t slot) const { return entries_[std::size_t(slot)].number; }
@@ -218,10 +224,15 @@ void CanonicalOrder<D, Real>::find_cells(const Particles<D, Real>& particles, co
     std::size_t p = begin;
     for (; p + kLanes <= end; p += kLanes) {
       const EightHomes homes(particles, p, lattice, home, origin);
-      const bool all = recent.has_all(homes);
+      if (std::array<std::uint32_t, kLanes> cell; recent.find(homes, cell)) {
+        std::copy_n(cell.begin(), kLanes, &cell_[p]);
+#pragma GCC unroll 8
+        for (std::size_t lane = 0; lane < kLanes; ++lane) ++counts[cell[lane]];
+        continue;
+      }
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
         const std::int32_t slot = homes.slot[lane], tag = homes.tag[lane];
-        if (all || recent.has(slot, tag)) set(p + lane, recent.number(slot), homes.local[lane]);
+        if (recent.has(slot, tag)) set(p + lane, recent.number(slot), homes.local[lane]);
         else if (const std::int32_t number = look_up(p + lane); number >= 0 && tag >= 0) recent.set(slot, tag, number);
       }
     }
