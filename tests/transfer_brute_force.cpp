@@ -189,7 +189,7 @@ void expect_scatters_the_sum(Layout, Kernel kernel, const Lattice<Layout::kDimen
   for (std::size_t p = 0; p < particles.size(); ++p)
     for (int a = 0; a < D; ++a) {
       const auto d = dense<Layout>(kernel, modes, particles.cell[p], particles.offset[p], a);
-      const Vector v = d.q * Eigen::Map<const Vector>(particles.component(p, a).data(), Eigen::Index(modes.size()));
+      const Vector v = d.q * Eigen::Map<const Vector, 0, Eigen::InnerStride<D>>(&particles.component(p, a)[0], Eigen::Index(modes.size()));
       for (std::size_t i = 0; i < d.node.size(); ++i) {
         const auto at = std::size_t(blocks.index(d.node[i]));
         mass[a][at] += d.weight[int(i)];

@@ -329,7 +329,7 @@ void expect_no_memory() {
   for (std::size_t p = 0; p < particles.size(); ++p) {
     const auto to = std::size_t(particles.id[p]);
     fresh.id[to] = particles.id[p], fresh.cell[to] = particles.cell[p], fresh.offset[to] = particles.offset[p];
-    for (int a = 0; a < 3; ++a) std::copy_n(particles.component(p, a).begin(), 27, fresh.component(to, a).begin());
+    std::copy_n(&particles.coefficients[particles.row_of(p) * particles.row()], particles.row(), &fresh.coefficients[to * fresh.row()]);
   }
   expect_same_bits(outcome(transfer, blocks, field, false, particles), outcome(transfer, blocks, field, false, fresh));
 }
@@ -342,14 +342,16 @@ TEST(Lanes, DoNotRememberHowParticlesCameToBeStored) {
 TEST(Rows, FollowTheirParticlesThroughSortsAndSettle) {
   const Lattice<3> lattice = lattice_of<3>(9);
   auto particles = random_particles<3, float>(lattice, 500, 8, 3);
-  std::vector<std::array<float, 8>> of_id(500);
-  for (std::size_t p = 0; p < 500; ++p) std::copy_n(particles.component(p, 1).begin(), 8, of_id[std::size_t(particles.id[p])].begin());
+  const auto row_of = [&](std::size_t p) {
+    std::array<float, 24> row;
+    std::copy_n(&particles.coefficients[particles.row_of(p) * row.size()], row.size(), row.begin());
+    return row;
+  };
+  std::vector<std::array<float, 24>> of_id(500);
+  for (std::size_t p = 0; p < 500; ++p) of_id[std::size_t(particles.id[p])] = row_of(p);
   CanonicalOrder<3, float> order;
   const auto expect_own = [&] {
-    for (std::size_t p = 0; p < 500; ++p) {
-      const auto& own = of_id[std::size_t(particles.id[p])];
-      ASSERT_TRUE(std::equal(own.begin(), own.end(), particles.component(p, 1).begin()));
-    }
+    for (std::size_t p = 0; p < 500; ++p) ASSERT_EQ(row_of(p), of_id[std::size_t(particles.id[p])]);
   };
   order.sort(particles, lattice);
   ASSERT_FALSE(particles.rows.empty());

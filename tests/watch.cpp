@@ -57,8 +57,8 @@ std::string stopped(const Scene& scene, const std::function<void(State&)>& chang
 
 bool says(const std::string& line, const std::string& part) { return line.find(part) != std::string::npos; }
 
-std::function<void(State&)> with_coefficient(std::int64_t row, std::size_t mode, double value) {
-  return [=](State& s) { edit_reals(s, "coefficients", kSingle, [&](std::int64_t r, double* v) { if (r == row) v[mode] = value; }); };
+std::function<void(State&)> with_coefficient(std::int64_t row, std::size_t number, double value) {
+  return [=](State& s) { edit_reals(s, "coefficients", kSingle, [&](std::int64_t r, double* v) { if (r == row) v[number] = value; }); };
 }
 
 /// The same with every change kept: the watch starts from the changed state, so going back does not help.
@@ -164,7 +164,7 @@ TEST(Watch, StopsForMomentumThatStressMakes) {
 TEST(Watch, StopsForMomentumThatModesOfALiquidMake) {
   Scene scene = water();
   scene.options.kernel = Kernel::quadratic;   // whose slopes cancel to rounding; the linear one's exactly
-  const std::string line = stopped_for_good(scene, with_coefficient(7, 1, 1e30));
+  const std::string line = stopped_for_good(scene, with_coefficient(7, 2, 1e30));
   EXPECT_TRUE(says(line, "frame 2: momentum: p2g: faces across x have ") && says(line, "the largest is of particle 7 of body water, cell (")) << line;
 }
 

@@ -98,7 +98,7 @@ void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, 
       particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
       for (int c = 0; c < D; ++c) {
-        const std::span<Real> v = particles.component(p, c);
+        const auto v = particles.component(p, c);
         for (int a = 0; a < D; ++a)
           if (gradient[a] >= 0) v[0] += v[std::size_t(gradient[a])] * by[a];
       }
@@ -122,7 +122,7 @@ Contacts push_out(const Solids<D>& solids, const std::vector<ModeIndex<D>>& mode
       particles.cell[p] = particle.site.cell;
       particles.offset[p] = particle.site.offset;
       for (int a = 0; a < D; ++a) {
-        const std::span<Real> c = particles.component(p, a);
+        const auto c = particles.component(p, a);
         c[0] = particle.velocity[a];
         if (drops)
           for (const std::size_t r : bend) c[r] = 0;

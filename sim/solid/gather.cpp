@@ -8,6 +8,7 @@
 #include "sim/solid/step.h"
 #include "sim/transfer/basis.h"
 #include "sim/transfer/carry.h"
+#include "sim/transfer/node_runs.h"
 #include "sim/transfer/tensor.h"
 
 namespace sim {
@@ -94,7 +95,7 @@ void BlockGather<D, Real>::gather_plainly(Group<D, Real>& group) {
         const Real x = stencil[a].x;
         gradient(p, std::size_t(c * D + a)) = value[std::size_t(step)] - x * (1 - 2 * x) * (1 + 2 * x) * value[std::size_t(2 * step)];
       }
-      const std::span<Real> coefficients = group.particles.component(p, c);
+      const auto coefficients = group.particles.component(p, c);
       if (group.scheme.flip) coefficients[0] = value[0] + Real(keep_) * (coefficients[0] - then);
       else
         for (std::size_t r = 0; r < coefficients.size(); ++r) coefficients[r] = value[std::size_t(group.scheme.place[r])];
@@ -111,11 +112,9 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   constexpr std::size_t size = NodeSums<3, float>::kSize;
   std::array<float, 3 * size> velocity{};
   std::array<float, size> mass{};
-  blocks_.template for_tile<tile>(block, [&](int to, std::size_t from, int count) {
-    for (int i = 0; i < count; ++i) {
-      mass[std::size_t(to + i)] = grid_.mass[from + std::size_t(i)];
-      for (std::size_t c = 0; c < 3; ++c) velocity[c * size + std::size_t(to + i)] = grid_.velocity[from + std::size_t(i)][Eigen::Index(c)];
-    }
+  blocks_.template for_tile<tile>(block, [&](int to, std::size_t from, auto count) {
+    std::copy_n(&grid_.mass[from], int(count), &mass[std::size_t(to)]);
+    split_components<3>(grid_.velocity[from].data(), count, &velocity[std::size_t(to)], int(size));
   });
   std::array<std::uint32_t, std::size_t(per_block + 1)> local;   // ranges that count from the block's first particle
   for (std::size_t k = 0; k < local.size(); ++k) local[k] = std::uint32_t(begin[k] - begin_);
@@ -195,7 +194,7 @@ bool BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
     factor = limiting_factors<D, Real>(stencil_at<D, Real>(from_cell_[p - begin_], from_offset_[p - begin_]),
                                        stencil_at<D, Real>(particles.cell[p], particles.offset[p]));
   for (int c = 0; c < D && (pushed > 0 || limits_it); ++c) {
-    const std::span<Real> coefficients = particles.component(p, c);
+    const auto coefficients = particles.component(p, c);
     if (pushed > 0) coefficients[0] = moving.velocity[c];
     for (std::size_t r = 1; r < coefficients.size(); ++r) {
       const unsigned bent = group.scheme.bent[r];
@@ -223,7 +222,7 @@ double BlockGather<D, Real>::kinetic_energy(const Group<D, Real>& group, std::si
       stencil_at<D, double>(group.particles.cell[p], group.particles.offset[p].template cast<double>());
   double sum = 0;
   for (int c = 0; c < D; ++c) {
-    const std::span<const Real> coefficients = group.particles.component(p, c);
+    const auto coefficients = group.particles.component(p, c);
     for (std::size_t r = 0; r < coefficients.size(); ++r) {
       double norm = 1;
       for (int a = 0; a < D; ++a) norm *= stencil[a].norm(group.scheme.modes[r][std::size_t(a)]);

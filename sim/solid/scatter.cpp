@@ -56,10 +56,7 @@ void add_fast(const Group<3, float>& group, const std::uint32_t* begin, float im
                            .coefficients = rows.data()},
                           {.row = stress.front().data(), .factor = factor}, carried.data());
   }
-  for (std::size_t i = 0; i < std::size_t(size); ++i) {
-    sums.mass[i] += weight * carried[i];
-    for (std::size_t c = 0; c < 3; ++c) sums.momentum[c][i] += weight * carried[(1 + c) * std::size_t(size) + i];
-  }
+  for (std::size_t i = 0; i < sums.carried.size(); ++i) sums.carried[i] += weight * carried[i];
 }
 
 }  // namespace
@@ -117,18 +114,18 @@ void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, std::size_t beg
       if constexpr (D == 2) return first + node / 3 * kEdge + node % 3;
       else return first + (node / 9 * kEdge + node / 3 % 3) * kEdge + node % 3;
     };
-    for (std::size_t node = 0; node < w.size(); ++node) mass[place(node)] += weight * w[node];
+    for (std::size_t node = 0; node < w.size(); ++node) carried[place(node) * (D + 1)] += weight * w[node];
     for (int c = 0; c < D; ++c) {
-      const std::span<const Real> coefficients = particles.component(p, c);
+      const auto coefficients = particles.component(p, c);
       Values value{};
       for (std::size_t r = 0; r < coefficients.size(); ++r) value[std::size_t(group.scheme.place[r])] = coefficients[r];
       evaluate<D>(stencil, value);
       for (std::size_t node = 0; node < w.size(); ++node) {
-        const Real carried = weight * w[node] * value[node];
+        const Real own = weight * w[node] * value[node];
         Real force = tau[stress_place<D>(c, 0)] * gradient[0][node];
         for (int a = 1; a < D; ++a) force += tau[stress_place<D>(c, a)] * gradient[std::size_t(a)][node];
-        momentum[std::size_t(c)][place(node)] += carried + factor * force;
-        if (flip) before[std::size_t(c)][place(node)] += carried;
+        carried[place(node) * (D + 1) + 1 + std::size_t(c)] += own + factor * force;
+        if (flip) before[place(node) * D + std::size_t(c)] += own;
       }
     }
   }

@@ -12,6 +12,7 @@
 #include "sim/effects/potential.h"
 #include "sim/transfer/carry.h"
 #include "sim/transfer/tensor.h"
+#include "sim/transfer/node_runs.h"
 
 namespace sim {
 namespace {
@@ -127,13 +128,10 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
         const double impulse = -dt * groups[g].rest_volume / (cell_ * unit_mass_);
         sums.add(groups[g], std::size_t(own), block, lattice, impulse, flip_);
       }
-      blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, int count) {
-        for (int i = 0; i < count; ++i) {
-          grid_.mass[to + std::size_t(i)] += sums.mass[std::size_t(from + i)];
-          for (int c = 0; c < D; ++c) grid_.velocity[to + std::size_t(i)][c] += sums.momentum[std::size_t(c)][std::size_t(from + i)];
-          if (flip_)
-            for (int c = 0; c < D; ++c) before_[to + std::size_t(i)][c] += sums.before[std::size_t(c)][std::size_t(from + i)];
-        }
+      blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, auto count) {
+        add_nodes<D>(&sums.carried[std::size_t(from * (D + 1))], count, &grid_.mass[to], grid_.velocity[to].data());
+        for (int i = 0; flip_ && i < count; ++i)
+          for (int c = 0; c < D; ++c) before_[to + std::size_t(i)][c] += sums.before[std::size_t((from + i) * D + c)];
       });
     });
 }

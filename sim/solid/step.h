@@ -120,8 +120,8 @@ struct GatherAudit {
 template <int D, class Real>
 struct NodeSums {
   static constexpr int kEdge = Lattice<D>::kBlock + 3, kSize = D == 2 ? kEdge * kEdge : kEdge * kEdge * kEdge;
-  std::array<Real, std::size_t(kSize)> mass{};
-  std::array<std::array<Real, std::size_t(kSize)>, D> momentum{}, before{};   // with forces, without them (FLIP)
+  std::array<Real, std::size_t((D + 1) * kSize)> carried{};   // mass and momentum, with forces, of each node
+  std::array<Real, std::size_t(D * kSize)> before{};          // momentum without them (FLIP)
 
   /// Adds what the group has in `block`, the `group_block`-th of its own. `impulse` [kg m/s / (Pa unit mass)]: -dt V0 / h, in unit masses.
   void add(const Group<D, Real>&, std::size_t group_block, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);

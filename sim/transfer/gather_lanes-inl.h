@@ -117,7 +117,7 @@ struct Factors {
   template <class Term>
   HWY_INLINE V result(int which, const Term& term) const {
     const auto own = [&](int k) {
-      if constexpr (axis == Axis::wide_corner || axis == Axis::wide_middle) return hn::IfThenElse(upper, term(n + k), term(k));
+      if constexpr (kIsWide<axis>) return hn::IfThenElse(upper, term(n + k), term(k));
       else return term(k);
     };
     if constexpr (n == 2) return which == 0 ? hn::MulAdd(x, own(1), own(0)) : own(1);
@@ -130,8 +130,8 @@ struct Factors {
   HWY_INLINE V slope_from_mode(V mode, V b) const { return hn::MulAdd(hn::Sub(hn::Add(x, x), mode_of_b), b, mode); }
 };
 
-/// Whether the first mode along each axis is made of d and b contracted along the others, and with it the slope: in the set of 4 modes, where both are
-/// far fewer than all three.
+/// Whether the first mode along each axis is made of d and b contracted along the others, and with it the slope: in the set of 4 modes, where both
+/// are far fewer than all three.
 template <int n, int count>
 constexpr bool kByDifference = n == 3 && count <= 4;
 
@@ -229,13 +229,13 @@ HWY_INLINE V coefficient(const Results& r, int number) {
   return r.at[mode[0]][mode[1]][mode[2]];
 }
 
+/// Rows from their numbers, four at a time; where these are no multiple of four the last groups overlap.
 template <class S>
-HWY_INLINE void store_component(const Batch<S>& batch, int component, const Results& r) {
-#pragma GCC unroll 7
-  for (int g = 0; g < (S::count + 3) / 4; ++g) {
-    constexpr auto start = group_start<S::count>;
-    batch.store4(component * S::count + start(g), coefficient(r, start(g)), coefficient(r, start(g) + 1),
-                 coefficient(r, start(g) + 2), coefficient(r, start(g) + 3));
+HWY_INLINE void store_rows(const Batch<S>& batch, const V (&number)[S::kRow]) {
+#pragma GCC unroll 21
+  for (int from = 0; from < S::kRow; from += 4) {
+    const int first = from + 4 <= S::kRow ? from : S::kRow - 4;
+    batch.store4(first, number[first], number[first + 1], number[first + 2], number[first + 3]);
   }
 }
 
@@ -260,7 +260,8 @@ struct BlockTerms {
 template <class S, bool gradient, class Keep>
 HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep,
                              const Keep& keep_more) {
-  terms.for_components([&](int component, const auto& own) {
+  V row[S::kRow];
+  terms.for_components([&](int component, const auto& own) __attribute__((always_inline)) {
     Results r;
     analyse<S, std::remove_cvref_t<decltype(own)>::kLattice, S::count, gradient>(own, cell, batch.t, r);
     if constexpr (S::count == 1) {
@@ -278,10 +279,12 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
       }
       for (int lane = 0; lane < batch.size; ++lane) batch.at[lane][component] = one[lane];
     } else {
-      store_component<S>(batch, component, r);
+#pragma GCC unroll 27
+      for (int number = 0; number < S::count; ++number) row[3 * number + component] = coefficient(r, number);
     }
     keep_more(component, r);
   });
+  if constexpr (S::count > 1) store_rows<S>(batch, row);
 }
 
 /// Calls for the rows that are written two batches later: a batch writes a piece of each of eight rows, which hardware does not take for a stream,
@@ -333,7 +336,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
       float spare[3 * S::count + 4];
       prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, rows.begin(p), spare);
-      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, [](int, const Results&) {});
+      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, [](int, const Results&) __attribute__((always_inline)) {});
       rows.end(size);
     });
   }

@@ -9,6 +9,7 @@
 #include "base/prefetch.h"
 #include "sim/transfer/carry.h"
 #include "sim/transfer/grid_transfer.h"
+#include "sim/transfer/node_runs.h"
 #include "sim/transfer/tiles.h"
 
 namespace sim {
@@ -79,21 +80,21 @@ class BlockSums {
         const int from_lower = at[a] - lower_[a];   // too far: the particle's nearest node is the first of a periodic axis
         first += (from_lower + n > kEdge ? from_lower - cells_[a] : from_lower) * kStride[a];
       }
-      for (std::size_t node = 0; node < w.size(); ++node) field(l)[first + kSteps[node]] += w[node];
+      for (std::size_t node = 0; node < w.size(); ++node) number(l, first + kSteps[node]) += w[node];
       for (int k = 0; k < Layout::kComponents; ++k) {
         const int component = Layout::component(l, k);
-        const std::span<const Real> c = particles.component(p, component);
+        const auto c = particles.component(p, component);
         Tensor<Real, n, D> value{};
         for (std::size_t r = 0; r < place.size(); ++r) value[place[r]] = c[r];
         evaluate<D>(stencil, value);
-        Real* const momentum = field(Layout::kLattices + component);
-        for (std::size_t node = 0; node < w.size(); ++node) momentum[first + kSteps[node]] += w[node] * value[node];
+        for (std::size_t node = 0; node < w.size(); ++node) number(Layout::kLattices + component, first + kSteps[node]) += w[node] * value[node];
       }
     }
   }
 
   void clear() { sums_.fill(0); }
-  /// All of it: kFields fields of kEdge^D numbers, and what a fast scatter writes behind them. Not cleared.
+  /// All of it, as lanes::Scatter has it: kFields fields of kEdge^D numbers, or as many numbers of each node; and what is written behind them. Not
+  /// cleared.
   Real* data() { return sums_.data(); }
 
   /// Calls for the grid's fields, which blocks of a colour leave and come back to.
@@ -106,16 +107,14 @@ class BlockSums {
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
-      for (int l = 0; l < Layout::kLattices; ++l) {
-        Real* const __restrict mass = &Layout::mass(grid.mass, l)[to];
-        const Real* const __restrict own = field(l) + from;
-        for (int k = 0; k < count; ++k) mass[k] += own[k];
-      }
-      for (int c = 0; c < D; ++c) {
-        constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
-        Real* const __restrict momentum = &Layout::at(grid.velocity, c, to);
-        const Real* const __restrict own = field(Layout::kLattices + c) + from;
-        for (int k = 0; k < count; ++k) momentum[k * step] += own[k];
+      if constexpr (kTogether) {
+        add_nodes<D>(&sums_[std::size_t(from * kFields)], count, &Layout::mass(grid.mass, 0)[to], &Layout::at(grid.velocity, 0, to));
+      } else {
+        for (int f = 0; f < kFields; ++f) {
+          Real* const __restrict sum = f < D ? &Layout::mass(grid.mass, f)[to] : &Layout::at(grid.velocity, f - D, to);
+          const Real* const __restrict own = &sums_[std::size_t(f) * kSize + std::size_t(from)];
+          for (int k = 0; k < count; ++k) sum[k] += own[k];
+        }
       }
     });
   }
@@ -124,8 +123,10 @@ class BlockSums {
   static constexpr std::size_t kSize = std::size_t(int_power(kEdge, D));
   Cell<D> lower_;                                              // the node at index 0
   Cell<D> cells_;                                              // of the domain
-  Real* field(int f) { return &sums_[std::size_t(f) * kSize]; }
-  const Real* field(int f) const { return &sums_[std::size_t(f) * kSize]; }
+  static constexpr bool kTogether = Layout::kLattices == 1;    // the numbers of a node
+  Real& number(int field, std::ptrdiff_t node) {
+    return sums_[kTogether ? std::size_t(node * kFields + field) : std::size_t(field) * kSize + std::size_t(node)];
+  }
 
   std::array<Real, kFields * kSize + lanes::kTileSlack> sums_;   // masses by lattice, momenta by component
 };
@@ -289,7 +290,7 @@ void GridTransfer<Layout>::gather_plainly(const ActiveBlocks<D>& blocks, const F
         const auto at = blocks.template places<n>(first_node<Basis, D>(stencil));
         for (int k = 0; k < Layout::kComponents; ++k) {
           const int component = Layout::component(l, k);
-          const std::span<Real> c = particles.component(p, component);
+          const auto c = particles.component(p, component);
           Tensor<Real, n, D> value;
           for (std::size_t node = 0; node < value.size(); ++node) value[node] = read<Layout>(velocity, component, at[node]);
           if (rule.flip) {
@@ -343,7 +344,7 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
           factor[bent] = limited_factor(product_before, product_now);
         }
         for (int k = 0; k < Layout::kComponents; ++k) {
-          const std::span<Real> c = particles.component(p, Layout::component(l, k));
+          const auto c = particles.component(p, Layout::component(l, k));
           for (std::size_t r = 0; r < axes.size(); ++r) {
             if (axes[r] == 0 || factor[axes[r]] >= 1) continue;
             c[r] *= factor[axes[r]];
@@ -410,7 +411,7 @@ auto GridTransfer<Layout>::sums(const Particles<D, Real>& particles, double h) c
         for (int i = 0; i < D; ++i) {
           const int l = i / Layout::kComponents, a = Layout::component(l, i % Layout::kComponents);
           const Stencil<Basis, D> stencil = stencils.of(l);
-          const std::span<const Real> c = particles.component(p, a);
+          const auto c = particles.component(p, a);
           momentum[a] = particles.mass * double(c[0]);
           for (std::size_t r = 0; r < modes_.size(); ++r) {
             double norm = 1;
@@ -446,7 +447,7 @@ std::vector<float> GridTransfer<Layout>::mode_energies(const Particles<D, Real>&
         for (int i = 0; i < D; ++i) {
           const int l = i / Layout::kComponents;
           const Stencil<Basis, D> stencil = stencils.of(l);
-          const std::span<const Real> c = particles.component(p, Layout::component(l, i % Layout::kComponents));
+          const auto c = particles.component(p, Layout::component(l, i % Layout::kComponents));
           for (std::size_t r = 1; r < modes_.size(); ++r) {
             double norm = 1;
             for (int b = 0; b < D; ++b) norm *= stencil[b].norm(modes_[r][b]);

@@ -30,41 +30,8 @@ constexpr Lanes kTag{};
 /// which is 0 for those that do not reach it).
 enum class Axis { shared_node, shared_middle, shared_corner, wide_corner, wide_middle };
 
-/// Rows of an axis for each lane: entry [mode][node].
-template <int modes, int width>
-struct Rows {
-  V at[modes][width];
-};
-
-/// Weights times polynomials of the kernel with n nodes, as basis.h has them.
-template <int n, int modes>
-HWY_INLINE void basis_rows(V x, V (&out)[modes][n]) {
-  const V one = hn::Set(kTag, 1.0f), half = hn::Set(kTag, 0.5f), quarter = hn::Set(kTag, 0.25f);
-  if constexpr (n == 2) {
-    const V w0 = hn::Sub(one, x);
-    out[0][0] = w0, out[0][1] = x;
-    if constexpr (modes > 1) {
-      const V both = hn::Mul(w0, x);
-      out[1][0] = hn::Neg(both), out[1][1] = both;
-    }
-  } else {
-    const V left = hn::Sub(half, x), right = hn::Add(half, x);
-    const V w0 = hn::Mul(hn::Mul(left, left), half), w1 = hn::Sub(hn::Set(kTag, 0.75f), hn::Mul(x, x)), w2 = hn::Mul(hn::Mul(right, right), half);
-    out[0][0] = w0, out[0][1] = w1, out[0][2] = w2;
-    if constexpr (modes > 1) {
-      out[1][0] = hn::Mul(w0, hn::Sub(hn::Set(kTag, -1.0f), x));
-      out[1][1] = hn::Mul(w1, hn::Neg(x));
-      out[1][2] = hn::Mul(w2, hn::Sub(one, x));
-    }
-    if constexpr (modes > 2) {
-      const V two_x = hn::Add(x, x), lower = hn::Sub(one, two_x), upper = hn::Add(one, two_x), product = hn::Mul(lower, upper);
-      const V bend = hn::Mul(hn::Sub(hn::Set(kTag, 3.0f), hn::Mul(two_x, two_x)), quarter);
-      out[2][0] = hn::Mul(w0, hn::Mul(hn::Mul(upper, upper), bend));
-      out[2][1] = hn::Mul(w1, hn::Neg(hn::Mul(hn::Mul(product, product), quarter)));
-      out[2][2] = hn::Mul(w2, hn::Mul(hn::Mul(lower, lower), bend));
-    }
-  }
-}
+template <Axis axis>
+constexpr bool kIsWide = axis == Axis::wide_corner || axis == Axis::wide_middle;
 
 /// Where lanes are along an axis, from the middle of their stencils: as basis.h has it. `upper` are those whose stencil is the upper one of a wide
 /// axis.
@@ -76,26 +43,6 @@ HWY_INLINE V place_on_axis(V t, hn::Mask<Lanes>& upper) {
   if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) return hn::IfThenElse(upper, hn::Sub(t, hn::Set(kTag, 1.0f)), t);
   if constexpr (axis == Axis::wide_middle) return hn::IfThenElse(upper, hn::Sub(t, half), hn::Add(t, half));
   return t;
-}
-
-/// The rows of lanes with offsets t in the cell.
-template <int n, Axis axis, int modes, int width>
-HWY_INLINE void axis_rows(V t, Rows<modes, width>& rows) {
-  hn::Mask<Lanes> upper;
-  const V x = place_on_axis<axis>(t, upper);
-  if constexpr (width == n) {
-    basis_rows<n, modes>(x, rows.at);
-  } else {
-    V narrow[modes][n];
-    basis_rows<n, modes>(x, narrow);
-#pragma GCC unroll 3
-    for (int m = 0; m < modes; ++m) {
-      rows.at[m][0] = hn::IfThenZeroElse(upper, narrow[m][0]);
-#pragma GCC unroll 3
-      for (int k = 1; k < n; ++k) rows.at[m][k] = hn::IfThenElse(upper, narrow[m][k - 1], narrow[m][k]);
-      rows.at[m][n] = hn::IfThenElseZero(upper, narrow[m][n - 1]);
-    }
-  }
 }
 
 // --- shapes -----------------------------------------------------------------------------------------------------------
@@ -181,12 +128,6 @@ struct Batch {
     hn::StoreU(hn::LowerHalf(half, c3), half, at[3] + from), hn::StoreU(hn::UpperHalf(half, c3), half, at[7] + from);
   }
 };
-
-/// The first of each group of four modes of a component: groups of a row that is no multiple of four overlap.
-template <int count>
-constexpr int group_start(int group) {
-  return 4 * group + 4 <= count ? 4 * group : count - 4;
-}
 
 /// Calls body(first particle, lanes, number of the cell) for the batches of a block's cells [first, end), cell by cell. They are listed first: how
 /// many a cell has is as chance wants it, and a wrong guess there costs nothing while no batch is under way.

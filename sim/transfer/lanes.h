@@ -17,14 +17,14 @@ struct Block {
   const std::uint32_t* begin = nullptr;   // of the particles of each cell; one more entry at the end
   const float* offset = nullptr;          // of all particles, three each
   const std::uint32_t* row = nullptr;     // of each particle, its row of coefficients; null: its own number
-  float* coefficients = nullptr;          // rows of three components
+  float* coefficients = nullptr;          // rows of modes, three components each
   bool streams = false;                   // a gather may write rows past the caches: there are more than these hold, and nobody reads them soon
 };
 
 /// Of a scatter's tile, behind its fields: whole vectors are added to its nodes.
 inline constexpr int kTileSlack = 4;
-/// Sets the tile to what the particles bring: masses and momenta, fields of kTile^3 numbers in the order mass (one a lattice), momentum x, y, z;
-/// kTileSlack numbers more are written.
+/// Sets the tile to what the particles bring. On nodes: mass and momentum x, y, z of each of kTile^3. On faces: fields of kTile^3 numbers, three of
+/// mass and three of momentum. kTileSlack numbers more are written.
 using Scatter = void (*)(const Block&, float* tile);
 
 /// What a gather reads and writes besides the particles.

@@ -59,8 +59,7 @@ std::uint64_t hash_of(const Particles<D, Real>& particles, const More& more) {
     for (std::size_t p = begin; p < end; ++p) {
       std::uint64_t h = scramble(std::uint64_t(particles.id[p]));
       for (int a = 0; a < D; ++a) h = hash_with(scramble(h ^ std::uint64_t(particles.cell[p][a])), particles.offset[p][a]);
-      for (int a = 0; a < D; ++a)
-        for (const Real c : particles.component(p, a)) h = hash_with(h, c);
+      for (std::size_t k = 0; k < particles.row(); ++k) h = hash_with(h, particles.coefficients[particles.row_of(p) * particles.row() + k]);
       sum += more(p, h);
     }
     return sum;

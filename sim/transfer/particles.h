@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -15,11 +14,24 @@ namespace sim {
 template <int D, class Real>
 using Vec = Eigen::Matrix<Real, D, 1>;
 
+/// A component's coefficients, a number for each mode: modes follow each other in a particle's row, D components each.
+template <int D, class Number>
+class Coefficients {
+ public:
+  Coefficients(Number* first, int modes) : first_(first), modes_(std::size_t(modes)) {}
+  Number& operator[](std::size_t mode) const { return first_[mode * std::size_t(D)]; }
+  std::size_t size() const { return modes_; }
+
+ private:
+  Number* first_;
+  std::size_t modes_;
+};
+
 template <int D, class Real>
 struct Particles {
   std::vector<Cell<D>> cell;
   std::vector<Vec<D, Real>> offset;        // [cells] in [0, 1)
-  std::vector<Real> coefficients;          // [m/s] row, component, mode: row-major
+  std::vector<Real> coefficients;          // [m/s] row, mode, component: row-major
   /// Of each particle, its row of coefficients; empty when particle p has row p. A sort leaves the rows where they are, for the next gather
   /// writes them all anew.
   std::vector<std::uint32_t> rows;
@@ -30,10 +42,8 @@ struct Particles {
   std::size_t size() const { return id.size(); }
   std::size_t row() const { return std::size_t(D * modes); }
   std::size_t row_of(std::size_t p) const { return rows.empty() ? p : rows[p]; }
-  std::span<Real> component(std::size_t p, int a) { return {&coefficients[row_of(p) * row() + std::size_t(a * modes)], std::size_t(modes)}; }
-  std::span<const Real> component(std::size_t p, int a) const {
-    return {&coefficients[row_of(p) * row() + std::size_t(a * modes)], std::size_t(modes)};
-  }
+  Coefficients<D, Real> component(std::size_t p, int a) { return {&coefficients[row_of(p) * row() + std::size_t(a)], modes}; }
+  Coefficients<D, const Real> component(std::size_t p, int a) const { return {&coefficients[row_of(p) * row() + std::size_t(a)], modes}; }
   /// Moves every row to its particle.
   void settle() {
     if (rows.empty()) return;

@@ -1,4 +1,4 @@
-// Vectors of 4 x 4 or 2 x 2 numbers: the nodes, or cells, of a plane across x. z runs fastest.
+// Vectors of two or four lines of four numbers: nodes, or cells, of a plane across x, z running fastest; or nodes of a row, four numbers each.
 #if defined(SIM_TRANSFER_PLANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_PLANES_INL_H
 #undef SIM_TRANSFER_PLANES_INL_H
@@ -8,102 +8,99 @@
 
 #include <hwy/highway.h>
 
+#include <type_traits>
+
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Four nodes of a line, or both lines of a plane of 2 x 2.
+/// A line.
 using Line = hn::FixedTag<float, 4>;
 constexpr Line kLine{};
 
-/// A plane of `edge` lines of `edge` nodes: one vector where the processor has it, else two.
-template <int edge>
-struct Plane;
-
-template <>
-struct Plane<2> {
-  hn::Vec<Line> v;
-
-  HWY_INLINE static Plane zero() { return {hn::Zero(kLine)}; }
-  HWY_INLINE static Plane all(float x) { return {hn::Set(kLine, x)}; }
-  /// Of four numbers each, as they come: a row that is to be the same in all lines is stored twice, one of numbers for whole lines spread.
-  HWY_INLINE static Plane same_lines(const float* row) { return {hn::Load(kLine, row)}; }
-  HWY_INLINE static Plane whole_lines(const float* row) { return {hn::Load(kLine, row)}; }
-  HWY_INLINE friend Plane operator*(Plane a, Plane b) { return {hn::Mul(a.v, b.v)}; }
-  /// a b + c, rounded once.
-  HWY_INLINE friend Plane fused(Plane a, Plane b, Plane c) { return {hn::MulAdd(a.v, b.v, c.v)}; }
-  /// Adds the first `lines` lines to nodes in memory, `step` numbers from one to the next.
-  template <int lines>
-  HWY_INLINE void add_to(float* HWY_RESTRICT nodes, int step) const {
-    constexpr hn::FixedTag<float, 2> pair{};
-    hn::StoreU(hn::Add(hn::LoadU(pair, nodes), hn::LowerHalf(pair, v)), pair, nodes);
-    hn::StoreU(hn::Add(hn::LoadU(pair, nodes + step), hn::UpperHalf(pair, v)), pair, nodes + step);
-  }
-};
-
 /// Adds four numbers.
-HWY_INLINE void add_line(float* HWY_RESTRICT nodes, hn::Vec<Line> v) { hn::StoreU(hn::Add(hn::LoadU(kLine, nodes), v), kLine, nodes); }
+HWY_INLINE void add_line(float* HWY_RESTRICT to, hn::Vec<Line> v) { hn::StoreU(hn::Add(hn::LoadU(kLine, to), v), kLine, to); }
 
-#if HWY_TARGET <= HWY_AVX3   // the better a set of instructions, the smaller its number
-template <>
-struct Plane<4> {
-  using Tag = hn::FixedTag<float, 16>;
-  hn::Vec<Tag> v;
+/// Lines in vectors of Tag: one, or as many as `parts` says.
+template <class Tag, int parts>
+struct Vectors {
+  static constexpr int kLanes = int(hn::MaxLanes(Tag{})), kLines = parts * kLanes / 4;
+  hn::Vec<Tag> part[parts];
 
-  HWY_INLINE static Plane zero() { return {hn::Zero(Tag{})}; }
-  HWY_INLINE static Plane load(const float* from) { return {hn::LoadU(Tag{}, from)}; }
-  HWY_INLINE void store(float* to) const { hn::StoreU(v, Tag{}, to); }
-  HWY_INLINE static Plane all(float x) { return {hn::Set(Tag{}, x)}; }
-  HWY_INLINE static Plane same_lines(const float* row) { return {hn::LoadDup128(Tag{}, row)}; }
-  HWY_INLINE static Plane whole_lines(const float* row) {
+  template <class Make>
+  HWY_INLINE static Vectors each(const Make& make) {
+    Vectors r;
+#pragma GCC unroll 2
+    for (int p = 0; p < parts; ++p) r.part[p] = make(p);
+    return r;
+  }
+  HWY_INLINE static Vectors zero() { return each([](int) { return hn::Zero(Tag{}); }); }
+  HWY_INLINE static Vectors all(float x) { return each([=](int) { return hn::Set(Tag{}, x); }); }
+  HWY_INLINE static Vectors load(const float* from) { return each([=](int p) { return hn::LoadU(Tag{}, from + p * kLanes); }); }
+  /// Four numbers in every line.
+  HWY_INLINE static Vectors same_lines(const float* line) { return each([=](int) { return hn::LoadDup128(Tag{}, line); }); }
+  /// A number for every line, of four in memory.
+  HWY_INLINE static Vectors whole_lines(const float* number) {
     alignas(64) static constexpr std::int32_t kFrom[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
-    return {hn::TableLookupLanes(hn::LoadDup128(Tag{}, row), hn::SetTableIndices(Tag{}, kFrom))};
+    return each([=](int p) { return hn::TableLookupLanes(hn::LoadDup128(Tag{}, number), hn::SetTableIndices(Tag{}, kFrom + p * kLanes)); });
   }
-  HWY_INLINE friend Plane operator+(Plane a, Plane b) { return {hn::Add(a.v, b.v)}; }
-  HWY_INLINE friend Plane operator-(Plane a, Plane b) { return {hn::Sub(a.v, b.v)}; }
-  HWY_INLINE friend Plane operator*(Plane a, Plane b) { return {hn::Mul(a.v, b.v)}; }
-  HWY_INLINE friend Plane fused(Plane a, Plane b, Plane c) { return {hn::MulAdd(a.v, b.v, c.v)}; }
+  HWY_INLINE friend Vectors operator+(Vectors a, Vectors b) { return each([&](int p) { return hn::Add(a.part[p], b.part[p]); }); }
+  HWY_INLINE friend Vectors operator-(Vectors a, Vectors b) { return each([&](int p) { return hn::Sub(a.part[p], b.part[p]); }); }
+  HWY_INLINE friend Vectors operator*(Vectors a, Vectors b) { return each([&](int p) { return hn::Mul(a.part[p], b.part[p]); }); }
+  /// a b + c, rounded once.
+  HWY_INLINE friend Vectors fused(Vectors a, Vectors b, Vectors c) {
+    return each([&](int p) { return hn::MulAdd(a.part[p], b.part[p], c.part[p]); });
+  }
+  /// The numbers of `upper` where those of t are 1/2 at least, else of `lower`.
+  HWY_INLINE static Vectors chosen(Vectors t, Vectors upper, Vectors lower) {
+    return each([&](int p) { return hn::IfThenElse(hn::Ge(t.part[p], hn::Set(Tag{}, 0.5f)), upper.part[p], lower.part[p]); });
+  }
+  /// Numbers 3, 0, 1, 2 of every line: three make place for one before them.
+  HWY_INLINE Vectors moved_up() const { return each([&](int p) { return hn::Shuffle2103(part[p]); }); }
+  /// The numbers of `other` where `numbers`, a bit for each of a line, says so.
+  template <unsigned numbers>
+  HWY_INLINE Vectors with(Vectors other) const {
+    return each([&](int p) { return hn::IfThenElse(of_line<numbers>(), other.part[p], part[p]); });
+  }
+  /// The first number of every line 0.
+  HWY_INLINE Vectors without_first() const {
+    return each([&](int p) { return hn::IfThenElseZero(of_line<0b1110>(), part[p]); });
+  }
+  HWY_INLINE void store(float* to) const {
+#pragma GCC unroll 2
+    for (int p = 0; p < parts; ++p) hn::StoreU(part[p], Tag{}, to + p * kLanes);
+  }
+  /// Adds all lines to numbers in memory.
+  HWY_INLINE void add_to(float* HWY_RESTRICT to) const { (load(to) + *this).store(to); }
+  /// Adds the first `lines` of four, `step` numbers from one to the next.
   template <int lines>
-  HWY_INLINE void add_to(float* HWY_RESTRICT nodes, int step) const {
+  HWY_INLINE void add_to(float* HWY_RESTRICT to, int step) const {
+    static_assert(lines >= 2 && kLines == 4);
     constexpr hn::FixedTag<float, 8> half{};
-    const auto lower = hn::LowerHalf(half, v), upper = hn::UpperHalf(half, v);
-    add_line(nodes, hn::LowerHalf(kLine, lower)), add_line(nodes + step, hn::UpperHalf(kLine, lower));
-    if constexpr (lines > 2) add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
-    if constexpr (lines == 4) add_line(nodes + 3 * step, hn::UpperHalf(kLine, upper));
+    const auto halves = [&](int h) {
+      if constexpr (parts == 2) return part[h];
+      else return h == 0 ? hn::LowerHalf(half, part[0]) : hn::UpperHalf(half, part[0]);
+    };
+    const auto lower = halves(0), upper = halves(1);
+    add_line(to, hn::LowerHalf(kLine, lower)), add_line(to + step, hn::UpperHalf(kLine, lower));
+    if constexpr (lines > 2) add_line(to + 2 * step, hn::LowerHalf(kLine, upper));
+    if constexpr (lines == 4) add_line(to + 3 * step, hn::UpperHalf(kLine, upper));
   }
-};
-#else
-template <>
-struct Plane<4> {
-  using Tag = hn::FixedTag<float, 8>;
-  hn::Vec<Tag> lower, upper;
 
-  HWY_INLINE static Plane zero() { return {hn::Zero(Tag{}), hn::Zero(Tag{})}; }
-  HWY_INLINE static Plane load(const float* from) { return {hn::LoadU(Tag{}, from), hn::LoadU(Tag{}, from + 8)}; }
-  HWY_INLINE void store(float* to) const { hn::StoreU(lower, Tag{}, to), hn::StoreU(upper, Tag{}, to + 8); }
-  HWY_INLINE static Plane all(float x) { return {hn::Set(Tag{}, x), hn::Set(Tag{}, x)}; }
-  HWY_INLINE static Plane same_lines(const float* row) {
-    const auto both = hn::LoadDup128(Tag{}, row);
-    return {both, both};
-  }
-  HWY_INLINE static Plane whole_lines(const float* row) {
-    alignas(32) static constexpr std::int32_t kFrom[2][8] = {{0, 0, 0, 0, 1, 1, 1, 1}, {2, 2, 2, 2, 3, 3, 3, 3}};
-    const auto both = hn::LoadDup128(Tag{}, row);
-    return {hn::TableLookupLanes(both, hn::SetTableIndices(Tag{}, kFrom[0])), hn::TableLookupLanes(both, hn::SetTableIndices(Tag{}, kFrom[1]))};
-  }
-  HWY_INLINE friend Plane operator+(Plane a, Plane b) { return {hn::Add(a.lower, b.lower), hn::Add(a.upper, b.upper)}; }
-  HWY_INLINE friend Plane operator-(Plane a, Plane b) { return {hn::Sub(a.lower, b.lower), hn::Sub(a.upper, b.upper)}; }
-  HWY_INLINE friend Plane operator*(Plane a, Plane b) { return {hn::Mul(a.lower, b.lower), hn::Mul(a.upper, b.upper)}; }
-  HWY_INLINE friend Plane fused(Plane a, Plane b, Plane c) { return {hn::MulAdd(a.lower, b.lower, c.lower), hn::MulAdd(a.upper, b.upper, c.upper)}; }
-  template <int lines>
-  HWY_INLINE void add_to(float* HWY_RESTRICT nodes, int step) const {
-    add_line(nodes, hn::LowerHalf(kLine, lower)), add_line(nodes + step, hn::UpperHalf(kLine, lower));
-    if constexpr (lines > 2) add_line(nodes + 2 * step, hn::LowerHalf(kLine, upper));
-    if constexpr (lines == 4) add_line(nodes + 3 * step, hn::UpperHalf(kLine, upper));
+ private:
+  template <unsigned numbers>
+  HWY_INLINE static hn::Mask<Tag> of_line() {
+    static constexpr std::uint8_t kBits[8] = {numbers << 4 | numbers, numbers << 4 | numbers};
+    return hn::LoadMaskBits(Tag{}, kBits);
   }
 };
-#endif
+
+/// `lines` lines: one vector where the processor has it, else two.
+template <int lines>
+using Plane = std::conditional_t<lines == 2, Vectors<hn::FixedTag<float, 8>, 1>,
+                                 std::conditional_t<HWY_TARGET <= HWY_AVX3,   // the better a set of instructions, the smaller its number
+                                                    Vectors<hn::CappedTag<float, 16>, 1>, Vectors<hn::FixedTag<float, 8>, 2>>>;
 
 }  // namespace sim::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -1,5 +1,6 @@
-// P2G: particle after particle, the nodes of a plane across x in the lanes of a vector. Particles of a cell reach the same nodes, so their sums stay
-// in registers until the cell is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
+// P2G: particle after particle. On nodes the lanes of a vector are the nodes of a row along z, with a mass and three momenta each; on faces, where a
+// component has nodes of its own, those of a plane across x. Particles of a cell reach the same nodes, so their sums stay in registers until the cell
+// is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
 #if defined(SIM_TRANSFER_SCATTER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_SCATTER_LANES_INL_H
 #undef SIM_TRANSFER_SCATTER_LANES_INL_H
@@ -13,68 +14,92 @@
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
 
-/// Rows of an axis for the next particles of a block, four numbers each: weight times polynomial at the nodes, 0 where there is none.
+/// A number for each node of a stencil, in four lines: of the lower one, or of the upper one of a wide axis, a node further.
+struct OfNodes {
+  alignas(64) float lower[16], upper[16];
+};
+template <int n>
+constexpr OfNodes of_nodes(float first, float middle, float last) {
+  OfNodes r{};
+  for (int line = 0; line < 4; ++line)
+    for (int k = 0; k < n; ++k) r.lower[4 * line + k] = r.upper[4 * line + k + 1] = k == 0 ? first : k == n - 1 ? last : middle;
+  return r;
+}
+
+/// What a particle at x from the middle of its stencil has at the nodes, as basis.h has it: the weights are c (a + b x)^2 + d, of the linear kernel
+/// a + b x, the mode w the weight times node - x, the mode g the weight times (1 + p x)^2 (1 + q x)^2 (r + s x^2), the slope e + f x.
+template <int n>
+struct NodeNumbers;
+template <>
+struct NodeNumbers<2> {
+  static constexpr OfNodes node = of_nodes<2>(0, 0, 1), a = of_nodes<2>(1, 0, 0), b = of_nodes<2>(-1, 0, 1);
+};
+template <>
+struct NodeNumbers<3> {
+  static constexpr OfNodes node = of_nodes<3>(-1, 0, 1), a = of_nodes<3>(0.5f, 0, 0.5f), b = of_nodes<3>(-1, 1, 1), c = of_nodes<3>(0.5f, -1, 0.5f),
+                           d = of_nodes<3>(0, 0.75f, 0), p = of_nodes<3>(2, 2, -2), q = of_nodes<3>(0, -2, 0), r = of_nodes<3>(0.75f, -0.25f, 0.75f),
+                           s = of_nodes<3>(-1, 0, -1), e = of_nodes<3>(-0.5f, 0, 0.5f), f = of_nodes<3>(1, -2, 1);
+};
+
+/// Rows of the three axes for the next particles of a block, four numbers each: weight times polynomial at the nodes, 0 where there is none.
 template <class S, bool stressed>
 class StagedRows {
  public:
   static constexpr int kMost = 64;                         // particles
   static constexpr int kRows = S::modes + stressed;        // of an axis: the modes', then the weights' slopes times a factor [1/cell]
-  static constexpr int kKinds = S::faces ? 2 : 1;          // of lattices, as an axis sees them: others, its own
-  static constexpr int kEdge = S::width(0, 1) == 2 ? 2 : 4;   // of the plane that a vector holds
+  static constexpr int kNext = 16 * kMost;                 // numbers from a row to the same particle's next
 
-  /// Those of particles [p, p + count) of all.
-  HWY_INLINE void make(const Block& block, std::uint32_t p, std::uint32_t count, float factor) {
-    for (std::uint32_t at = 0; at < count; at += kLanes) {
-      V t[3];
-      load_offsets(block, p + at, t);
-      make_axis<0>(t[0], at, factor), make_axis<1>(t[1], at, factor), make_axis<2>(t[2], at, factor);
+  /// Those of particles [first, first + count) of all.
+  HWY_INLINE void make(const Block& block, std::uint32_t first, std::uint32_t count, float factor) {
+    const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
+    for (std::uint32_t at = 0; at < count; ++at) {
+      const float* offset = block.offset + 3 * std::size_t(first + at);
+      float alone[4] = {};
+      if (first + at == last) offset = static_cast<const float*>(std::memcpy(alone, offset, 3 * sizeof(float)));   // four are read
+      const P t = P::whole_lines(offset);
+      make_of<S::kind(0, 0)>(t, factor, rows_[kKinds - 1][0][at]);
+      if constexpr (S::faces) make_of<S::kind(0, 1)>(t, factor, rows_[0][0][at]);
     }
   }
   /// Row m of an axis on lattice l, of particle `at` of those.
   template <int l, int axis>
   HWY_INLINE const float* row(int m, std::uint32_t at) const {
-    return rows_[S::faces && axis == l][axis][m][at];
+    return rows_[S::faces && axis == l][m][at] + 4 * axis;
   }
 
  private:
-  template <int axis>
-  HWY_INLINE void make_axis(V t, std::uint32_t at, float factor) {
-    for_kind<axis, S::faces ? (axis + 1) % 3 : 0>(t, at, factor, 0);
-    if constexpr (S::faces) for_kind<axis, axis>(t, at, factor, 1);
-  }
-  /// Of an axis as lattice l sees it.
-  template <int axis, int l>
-  HWY_INLINE void for_kind(V t, std::uint32_t at, float factor, int kind) {
-    constexpr int width = S::width(l, axis);
-    Rows<S::modes, width> rows;
-    axis_rows<S::n, S::kind(l, axis), S::modes>(t, rows);
-#pragma GCC unroll 3
-    for (int m = 0; m < S::modes; ++m) store<axis, width>(rows.at[m], rows_[kind][axis][m][at]);
-    if constexpr (stressed) {
-      const V half = hn::Set(kTag, 0.5f), x = hn::IfThenElse(hn::Ge(t, half), hn::Sub(t, hn::Set(kTag, 1.0f)), t), f = hn::Set(kTag, factor);
-      const V slope[3] = {hn::Mul(f, hn::Sub(x, half)), hn::Mul(f, hn::Mul(hn::Set(kTag, -2.0f), x)), hn::Mul(f, hn::Add(x, half))};
-      store<axis, 3>(slope, rows_[kind][axis][S::modes][at]);
+  using P = Plane<4>;
+  using Number = NodeNumbers<S::n>;
+  static constexpr int kKinds = S::faces ? 2 : 1;          // of lattices, as an axis sees them: others, its own
+
+  /// The rows of axes that all are as one lattice sees them.
+  template <Axis axis>
+  HWY_INLINE static void make_of(P t, float factor, float* HWY_RESTRICT to) {
+    const P x = from_middle<axis>(t);
+    const auto of = [&](const OfNodes& number) __attribute__((always_inline)) {
+      if constexpr (kIsWide<axis>) return P::chosen(t, P::load(number.upper), P::load(number.lower));
+      else return P::load(number.lower);
+    };
+    P weight = fused(of(Number::b), x, of(Number::a));
+    if constexpr (S::n == 3) weight = fused(of(Number::c) * weight, weight, of(Number::d));
+    weight.store(to);
+    if constexpr (S::modes > 1) (weight * (of(Number::node) - x)).store(to + kNext);
+    if constexpr (S::modes > 2) {
+      const P one = P::all(1.0f), root = fused(of(Number::p), x, one) * fused(of(Number::q), x, one);
+      (weight * (root * root * fused(of(Number::s) * x, x, of(Number::r)))).store(to + 2 * kNext);
     }
+    if constexpr (stressed) (P::all(factor) * fused(of(Number::f), x, of(Number::e))).store(to + S::modes * kNext);
   }
-  /// For each lane its row. Where planes are 2 x 2 rows of y and z are stored as the plane has them.
-  template <int axis, int width>
-  HWY_INLINE static void store(const V (&row)[width], float* HWY_RESTRICT to) {
-    constexpr Half half{};
-    const V none = hn::Zero(kTag);
-    V r[4] = {row[0], row[1], none, none};
-    if constexpr (width > 2) r[2] = row[2];
-    if constexpr (width > 3) r[3] = row[3];
-    if constexpr (kEdge == 2 && axis == 1) r[1] = row[0], r[2] = r[3] = row[1];
-    if constexpr (kEdge == 2 && axis == 2) r[2] = row[0], r[3] = row[1];
-    transpose(r[0], r[1], r[2], r[3]);
-#pragma GCC unroll 4
-    for (int lane = 0; lane < 4; ++lane) {
-      hn::Store(hn::LowerHalf(half, r[lane]), half, to + 4 * lane);
-      hn::Store(hn::UpperHalf(half, r[lane]), half, to + 4 * (lane + 4));
-    }
+  template <Axis axis>
+  HWY_INLINE static P from_middle(P t) {
+    const P half = P::all(0.5f);
+    if constexpr (axis == Axis::shared_middle) return t - half;
+    if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) return P::chosen(t, t - P::all(1.0f), t);
+    if constexpr (axis == Axis::wide_middle) return P::chosen(t, t - half, t + half);
+    return t;
   }
 
-  alignas(64) float rows_[kKinds][3][kRows][kMost][4];
+  alignas(64) float rows_[kKinds][kRows][kMost][16];
 };
 
 /// The numbers of products among a particle's coefficients.
@@ -97,78 +122,149 @@ HWY_INLINE void prefetch_row(const float* coefficients) {
   __builtin_prefetch(row + sizeof(float) * S::kRow - 1);
 }
 
-/// What particles of one cell bring to the nodes of lattice l. A particle's momentum at node (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k), X,
-/// Y and Z being weight times polynomial along the axes: products of Y and Z are vectors over the plane, coefficients and X are numbers.
-template <class S, int l, bool stressed>
-class CellSums {
+/// What particles of one cell bring to nodes: vectors are nodes (i, j) of all k, of each its mass and momenta. A particle's are
+/// sum_a X_a(i) sum_b Y_b(j) sum_m Z_m(k) C_abm, X, Y and Z being weight times polynomial along the axes and C_abm the mode's three coefficients
+/// behind a mass, which is 1 for the constant mode and else 0. A stress adds its three columns, each with the slope of the weights along its axis.
+template <class S, bool stressed>
+class SumsOnNodes {
+  using P = Plane<S::n == 2 ? 2 : 4>;
+
  public:
   using Staged = StagedRows<S, stressed>;
-  using P = Plane<Staged::kEdge>;
 
-  HWY_INLINE CellSums() {
-#pragma GCC unroll 4
-    for (int i = 0; i < kWide; ++i) {
-      mass_[i] = P::zero();
+  HWY_INLINE SumsOnNodes() {
 #pragma GCC unroll 3
-      for (int k = 0; k < kComponents; ++k) momentum_[k][i] = P::zero();
-    }
+    for (int i = 0; i < S::n; ++i)
+#pragma GCC unroll 3
+      for (int j = 0; j < S::n; ++j) sum_[i][j] = P::zero();
   }
   /// A particle by its number among the staged ones, its coefficients and its stress.
   HWY_INLINE void add(const Staged& rows, std::uint32_t at, const float* c, const float* stress) {
+    const AlongZ along_z(rows, at, c, stress);
+    constexpr int next = Staged::kNext;
+    const float* const x = rows.template row<0, 0>(0, at);
+    const float* const y = rows.template row<0, 1>(0, at);
+#pragma GCC unroll 3
+    for (int j = 0; j < S::n; ++j) {
+      P along_yz[S::modes], slope;   // sums over b and m, by a
+#pragma GCC unroll 3
+      for (int a = 0; a < S::modes; ++a) {
+        along_yz[a] = P::all(y[j]) * along_z.sum[a][0];
+#pragma GCC unroll 3
+        for (int b = 1; b < S::modes; ++b)
+          if (keeps<S::count>(a, b, 0)) along_yz[a] = fused(P::all(y[b * next + j]), along_z.sum[a][b], along_yz[a]);
+      }
+      if constexpr (stressed) {
+        along_yz[0] = fused(P::all(y[S::modes * next + j]), along_z.column_y, along_yz[0]);
+        slope = P::all(y[j]) * along_z.column_x;
+      }
+#pragma GCC unroll 3
+      for (int i = 0; i < S::n; ++i) {
+#pragma GCC unroll 3
+        for (int a = 0; a < S::modes; ++a) sum_[i][j] = fused(P::all(x[a * next + i]), along_yz[a], sum_[i][j]);
+        if constexpr (stressed) sum_[i][j] = fused(P::all(x[S::modes * next + i]), slope, sum_[i][j]);
+      }
+    }
+  }
+  /// To the tile, from the cell's first node on. A fourth node of a row gets zeros.
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t first) const {
+#pragma GCC unroll 3
+    for (int i = 0; i < S::n; ++i)
+#pragma GCC unroll 3
+      for (int j = 0; j < S::n; ++j) sum_[i][j].add_to(tile + 4 * (first + (i * S::tile + j) * S::tile));
+  }
+
+ private:
+  /// What is summed over m, by a and b; and the columns of the stress whose slopes are those along x and y.
+  struct AlongZ {
+    P sum[S::modes][S::modes], column_x, column_y;
+
+    HWY_INLINE AlongZ(const Staged& rows, std::uint32_t at, const float* c, const float* stress) {
+      P z[Staged::kRows];
+#pragma GCC unroll 4
+      for (int m = 0; m < Staged::kRows; ++m) z[m] = P::whole_lines(rows.template row<0, 2>(m, at));
+#pragma GCC unroll 3
+      for (int a = 0; a < S::modes; ++a)
+#pragma GCC unroll 3
+        for (int b = 0; b < S::modes; ++b) {
+          if (!keeps<S::count>(a, b, 0)) continue;
+          sum[a][b] = coefficients(c, kNumber.of[a][b][0]) * z[0];
+#pragma GCC unroll 3
+          for (int m = 1; m < S::modes; ++m)
+            if (keeps<S::count>(a, b, m)) sum[a][b] = fused(coefficients(c, kNumber.of[a][b][m]), z[m], sum[a][b]);
+        }
+      if constexpr (stressed) {
+        const P first = P::same_lines(stress), last = P::same_lines(stress + 2);   // xx xy xz yy, xz yy yz zz
+        column_x = first.moved_up().without_first() * z[0];
+        column_y = last.moved_up().template with<0b0010>(first).without_first() * z[0];
+        sum[0][0] = fused(last.template with<0b0010>(last.moved_up()).without_first(), z[S::modes], sum[0][0]);
+      }
+    }
+    /// Of a mode, behind its mass. Four numbers are read, the first of them another mode's; before the constant mode there is none.
+    HWY_INLINE static P coefficients(const float* c, int number) {
+      if (number > 0) return P::same_lines(c + 3 * number - 1).without_first();
+      const P one = P::all(1.0f);
+      if constexpr (S::count > 1) return P::same_lines(c).moved_up().template with<0b0001>(one);
+      else return one.template with<0b0010>(P::all(c[0])).template with<0b0100>(P::all(c[1])).template with<0b1000>(P::all(c[2]));
+    }
+  };
+
+  P sum_[S::n][S::n];
+};
+
+/// What particles of one cell bring to the faces of lattice l. A particle's momentum at face (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k):
+/// products of Y and Z are vectors over the plane, coefficients and X are numbers.
+template <class S, int l>
+class SumsOnFaces {
+ public:
+  using Staged = StagedRows<S, false>;
+
+  HWY_INLINE SumsOnFaces() {
+#pragma GCC unroll 4
+    for (int i = 0; i < kWide; ++i) mass_[i] = momentum_[i] = P::zero();
+  }
+  /// A particle by its number among the staged ones, and its coefficients.
+  HWY_INLINE void add(const Staged& rows, std::uint32_t at, const float* c, const float*) {
     P product[S::modes][S::modes];   // of y and z
 #pragma GCC unroll 3
     for (int b = 0; b < S::modes; ++b)
 #pragma GCC unroll 3
       for (int m = 0; m < S::modes; ++m)
-        if (keeps<S::count>(0, b, m)) product[b][m] = in_plane(rows, at, b, m);
-    P slope_y, slope_z;
-    if constexpr (stressed) slope_y = in_plane(rows, at, S::modes, 0), slope_z = in_plane(rows, at, 0, S::modes);
+        if (keeps<S::count>(0, b, m))
+          product[b][m] = P::whole_lines(rows.template row<l, 1>(b, at)) * P::same_lines(rows.template row<l, 2>(m, at));
     const float* const x = rows.template row<l, 0>(0, at);
-    constexpr int next = Staged::kMost * 4;   // from mode to mode
 #pragma GCC unroll 3
-    for (int k = 0; k < kComponents; ++k) {
+    for (int a = 0; a < S::modes; ++a) {
+      P sum = P::all(c[3 * kNumber.of[a][0][0] + l]) * product[0][0];
 #pragma GCC unroll 3
-      for (int a = 0; a < S::modes; ++a) {
-        P sum = P::all(c[k * S::count + kNumber.of[a][0][0]]) * product[0][0];
+      for (int b = 0; b < S::modes; ++b)
 #pragma GCC unroll 3
-        for (int b = 0; b < S::modes; ++b)
-#pragma GCC unroll 3
-          for (int m = 0; m < S::modes; ++m)
-            if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[k * S::count + kNumber.of[a][b][m]]), product[b][m], sum);
-        if constexpr (stressed) {
-          if (a == 0) sum = fused(P::all(stress[kRow[k][2]]), slope_z, fused(P::all(stress[kRow[k][1]]), slope_y, sum));
-        }
-        add_along_x(x + a * next, sum, momentum_[k]);
-      }
-      if constexpr (stressed) add_along_x(x + S::modes * next, P::all(stress[kRow[k][0]]) * product[0][0], momentum_[k]);
+        for (int m = 0; m < S::modes; ++m)
+          if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[3 * kNumber.of[a][b][m] + l]), product[b][m], sum);
+      add_along_x(x + a * Staged::kNext, sum, momentum_);
     }
     add_along_x(x, product[0][0], mass_);
   }
-  /// To the tile, from the cell's first node on.
-  HWY_INLINE void add_to(float* HWY_RESTRICT first) const {
+  /// To the tile, from the cell's first face on.
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t first) const {
 #pragma GCC unroll 4
     for (int i = 0; i < kWide; ++i) {
-      float* const plane = first + i * S::tile * S::tile;
+      float* const plane = tile + first + i * S::tile * S::tile;
       mass_[i].template add_to<S::width(l, 1)>(plane + l * S::places, S::tile);
-#pragma GCC unroll 3
-      for (int k = 0; k < kComponents; ++k)
-        momentum_[k][i].template add_to<S::width(l, 1)>(plane + (S::lattices + (S::faces ? l : k)) * S::places, S::tile);
+      momentum_[i].template add_to<S::width(l, 1)>(plane + (3 + l) * S::places, S::tile);
     }
   }
 
  private:
-  static constexpr int kWide = S::width(l, 0), kComponents = S::faces ? 1 : 3;
-  static constexpr int kRow[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};   // of a symmetric matrix
+  using P = Plane<4>;
+  static constexpr int kWide = S::width(l, 0);
 
-  HWY_INLINE static P in_plane(const Staged& rows, std::uint32_t at, int y, int z) {
-    return P::whole_lines(rows.template row<l, 1>(y, at)) * P::same_lines(rows.template row<l, 2>(z, at));
-  }
   HWY_INLINE static void add_along_x(const float* x, P plane, P (&sum)[kWide]) {
 #pragma GCC unroll 4
     for (int i = 0; i < kWide; ++i) sum[i] = fused(P::all(x[i]), plane, sum[i]);
   }
 
-  P mass_[kWide], momentum_[kComponents][kWide];
+  P mass_[kWide], momentum_[kWide];
 };
 
 /// Adds particles [p, end) of one cell to the tile, at the cell's place in it; `at` is the number of p's staged rows.
@@ -176,7 +272,7 @@ template <class S, int l, bool stressed>
 HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& rows, const float* stress, std::uint32_t p, std::uint32_t end,
                              std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
   const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
-  CellSums<S, l, stressed> sums;
+  std::conditional_t<S::faces, SumsOnFaces<S, l>, SumsOnNodes<S, stressed>> sums;
   for (; p < end; ++p, ++at) {
     const std::size_t number = block.row ? block.row[p] : p;
     if (l == 0 && block.row) {
@@ -184,9 +280,9 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
       prefetch_row<S>(block.coefficients + ahead * S::kRow);
       if constexpr (stressed) __builtin_prefetch(stress + 6 * ahead);
     }
-    sums.add(rows, at, block.coefficients + number * S::kRow + (S::faces ? l * S::count : 0), stressed ? stress + 6 * number : nullptr);
+    sums.add(rows, at, block.coefficients + number * S::kRow, stressed ? stress + 6 * number : nullptr);
   }
-  sums.add_to(tile + std::ptrdiff_t(place) + S::first_place(l));
+  sums.add_to(tile, std::ptrdiff_t(place) + S::first_place(l));
 }
 
 template <class S, bool stressed>

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "sim/transfer/blocks.h"
+#include "sim/transfer/node_runs.h"
 #include "sim/transfer/tensor.h"
 
 namespace sim {
@@ -14,11 +15,14 @@ void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout
                typename Layout::Real* tile) {
   constexpr int D = Layout::kDimension, places = int_power(kTile, D);
   blocks.template for_tile<kTile, kBefore>(block, [&](int to, std::size_t from, auto count) {
-    for (int c = 0; c < D; ++c) {
-      constexpr int step = Layout::kLattices == 1 ? D : 1;   // from place to place
-      const auto* const __restrict value = &Layout::at(field, c, from);
-      auto* const __restrict own = &tile[c * places + to];
-      for (int k = 0; k < count; ++k) own[k] = value[k * step];
+    if constexpr (Layout::kLattices == 1) {
+      split_components<D>(&Layout::at(field, 0, from), count, tile + to, places);
+    } else {
+      for (int c = 0; c < D; ++c) {
+        const auto* const __restrict value = &Layout::at(field, c, from);
+        auto* const __restrict own = &tile[c * places + to];
+        for (int k = 0; k < count; ++k) own[k] = value[k];
+      }
     }
   });
 }

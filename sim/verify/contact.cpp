@@ -133,7 +133,6 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
     const base::Box domain = scene.options.domain;
     std::array<std::int64_t, 3> cells{};
     for (int a = 0; a < dimension; ++a) cells[std::size_t(a)] = std::int64_t(std::lround(domain.size()[a] / h));
-    const std::int64_t width = coefficients_a_particle(scene);
     const Course course = follow(scene, {.fps = 24, .frames = 6, .prepare = [&](State& s) {
       edit<std::int32_t>(s, "cell", [&](std::int64_t row, std::int32_t* x) {
         if (row % 7 < 2 * dimension) x[row % 7 / 2] = row % 7 % 2 ? std::int32_t(cells[std::size_t(row % 7 / 2)] - 1) : 0;
@@ -142,7 +141,7 @@ VerifyCase domain_edge(int dimension, const Scheme& scheme, bool is_solid, Side 
         if (row % 7 < 2 * dimension) x[row % 7 / 2] = row % 7 % 2 ? 1 - (scheme.precision == kDouble ? 1.2e-16 : 6e-8) : 0;
       });
       edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) {
-        if (row % 7 < 2 * dimension) v[row % 7 / 2 * width / dimension] = row % 7 % 2 ? 1 : -1;
+        if (row % 7 < 2 * dimension) v[row % 7 / 2] = row % 7 % 2 ? 1 : -1;
       });
     }, .most_energy = 1e3});
     std::int64_t left = 0;

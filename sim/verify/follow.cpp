@@ -111,6 +111,4 @@ void edit_reals(State& state, std::string_view name, Precision precision, const 
   });
 }
 
-std::int64_t coefficients_a_particle(const Scene& scene) { return make_simulation(scene, 24)->state().find("coefficients")->width; }
-
 }  // namespace sim::verify

@@ -58,7 +58,5 @@ void edit(State& state, std::string_view name, const std::function<void(std::int
 }
 /// The same of a column of the scene's precision.
 void edit_reals(State&, std::string_view name, Precision, const std::function<void(std::int64_t row, double* values)>&);
-/// Coefficients of a particle, all components together, in the scene's state.
-std::int64_t coefficients_a_particle(const Scene&);
 
 }  // namespace sim::verify

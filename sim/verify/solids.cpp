@@ -147,11 +147,10 @@ VerifyCase coincident(int dimension, const Scheme& scheme) {
     apply(scheme, scene.options);
     scene.options.seeding = Seeding::regular;
     scene.bodies = {block(corner(dimension, 0.3, 0.3), corner(dimension, 0.5, 0.5), kJelly)};
-    const std::int64_t width = coefficients_a_particle(scene);
     const Course course = follow(scene, {.fps = 50, .frames = 10, .prepare = [&](State& s) {
       edit<std::int32_t>(s, "cell", [&](std::int64_t, std::int32_t* x) { for (int a = 0; a < dimension; ++a) x[a] = 4; });
       edit_reals(s, "offset", scheme.precision, [&](std::int64_t, double* x) { for (int a = 0; a < dimension; ++a) x[a] = 0.5; });
-      edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) { v[width / dimension] = row % 2 ? 3 : -3; });
+      edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) { v[1] = row % 2 ? 3 : -3; });
     }});
     CaseOutcome found = report(course, course.largest_energy(), say("%lld particles at one place: energy %.2e of the start at the end",
                                                                     static_cast<long long>(course.start().particles),
@@ -274,7 +273,6 @@ VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
     scene.bodies = {block({0, 0, 0}, dimension == 2 ? base::Vec3(0.2, 0.2, 0) : base::Vec3(0.2, 0.2, 0.2), preset_material("dry_sand"))};
     add_gravity(scene);
     const int up = dimension - 1;
-    const std::int64_t width = coefficients_a_particle(scene);
     const std::vector<double> heights = [&] {
       std::vector<double> y;
       for (const auto& x : make_simulation(scene, 24)->frame().position) y.push_back(x[up]);
@@ -290,7 +288,7 @@ VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
     };
     const Course course = follow(scene, {.fps = 24, .frames = 36, .prepare = [&](State& s) {
       edit_reals(s, "coefficients", scheme.precision, [&](std::int64_t row, double* v) {   // upwards, the higher the faster
-        v[up * width / dimension] = 6 * heights[std::size_t(row)];
+        v[up] = 6 * heights[std::size_t(row)];
       });
     }, .see = [&](const Simulation& s) { mean_most = std::max(mean_most, mean_height(s)); }});
     const double bulk = mean_height(*course.simulation) / mean_then;
