@@ -180,9 +180,14 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     for (int a = 0; a < D; ++a) {
       reflected_[a].resize(blocks_.size());
       base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] = 2 * grid_.velocity[a][i] - (scattered_[a][i] + force_[a]);
+        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] = grid_.velocity[a][i] - (scattered_[a][i] + force_[a]);
       });
     }
+    if (free_surface_) carry_change_outward(reflected_, valid_, cells_, blocks_);
+    for (int a = 0; a < D; ++a)
+      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] += grid_.velocity[a][i];
+      });
   }
   audit("reflect", reflected_, ledger);
   {
