@@ -261,7 +261,7 @@ template <class S, bool gradient, class Keep>
 HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S>& terms, const BlockTerms<S>* before, float keep,
                              const Keep& keep_more) {
   V row[S::kRow];
-  terms.for_components([&](int component, const auto& own) __attribute__((always_inline)) {
+  terms.for_components([&](int component, const auto& own) SIM_LANES_INLINED {
     Results r;
     analyse<S, std::remove_cvref_t<decltype(own)>::kLattice, S::count, gradient>(own, cell, batch.t, r);
     if constexpr (S::count == 1) {
@@ -336,7 +336,7 @@ HWY_INLINE void gather_particles(const Block& block, const Gathering& g, BlockTe
       float spare[3 * S::count + 4];
       prefetch_offsets(block, p + 64, kLanes);
       const Batch<S> batch(block, p, size, rows.begin(p), spare);
-      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, [](int, const Results&) __attribute__((always_inline)) {});
+      gather_batch<S, false>(batch, cell % slab_cells, terms, before, g.keep, [](int, const Results&) SIM_LANES_INLINED {});
       rows.end(size);
     });
   }

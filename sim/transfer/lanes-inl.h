@@ -14,6 +14,14 @@
 #include "sim/transfer/lanes.h"
 #include "sim/transfer/modes.h"
 
+// Of lambdas whose captures would go through memory. Under the sanitizers, which look at every access, it would take minutes to compile.
+#undef SIM_LANES_INLINED
+#ifdef __SANITIZE_ADDRESS__
+#define SIM_LANES_INLINED
+#else
+#define SIM_LANES_INLINED __attribute__((always_inline))
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
 

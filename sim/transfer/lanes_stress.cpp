@@ -32,7 +32,7 @@ HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int
   prefetch_offsets(block, p + 64, kLanes);
   prefetch_wanted(motions.wanted, p, size);
   const Batch<S> batch(block, p, size, rows.begin(p), spare);
-  gather_batch<S, true>(batch, cell, terms, nullptr, 0, [&](int component, const Results& r) __attribute__((always_inline)) {
+  gather_batch<S, true>(batch, cell, terms, nullptr, 0, [&](int component, const Results& r) SIM_LANES_INLINED {
     velocity[component] = r.at[0][0][0];
     float* const column = motions.gradient + std::size_t(3 * component) * motions.stride + p;   // lanes that do not count: the next batch's place
     for (int a = 0; a < 3; ++a) hn::StoreU(r.slope[a], kTag, column + std::size_t(a) * motions.stride);

@@ -76,7 +76,7 @@ class StagedRows {
   template <Axis axis>
   HWY_INLINE static void make_of(P t, float factor, float* HWY_RESTRICT to) {
     const P x = from_middle<axis>(t);
-    const auto of = [&](const OfNodes& number) __attribute__((always_inline)) {
+    const auto of = [&](const OfNodes& number) SIM_LANES_INLINED {
       if constexpr (kIsWide<axis>) return P::chosen(t, P::load(number.upper), P::load(number.lower));
       else return P::load(number.lower);
     };
