@@ -45,14 +45,15 @@ TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
   write("shot.toml", kShot);
   for (const std::string transfer : {"pic", "polypic"})
     ASSERT_EQ(
-        run({"run", "shot.toml", "--quiet", "--out", transfer, "--set", "sim.transfer=" + transfer, "--frames", transfer == "pic" ? "1-3" : "1-2"})
+        run({"run", "shot.toml", "--quiet", "--out", transfer, "--set", "sim.transfer=" + transfer, "--set",
+             transfer == "pic" ? "sim.splitting=lie" : "sim.splitting=reflection", "--frames", transfer == "pic" ? "1-3" : "1-2"})
             .exit,
         0);
   const Outcome outcome = run({"sheet", "pic", "polypic/", "--out", "both.png", "--json"});
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
   const auto told = nlohmann::json::parse(outcome.out);
   EXPECT_TRUE(told.at("labels")[0].get<std::string>().starts_with("pic  PIC linear  frame 2  t = 0.042 s  ")) << told;
-  EXPECT_TRUE(told.at("labels")[1].get<std::string>().starts_with("polypic  PolyPIC full linear  frame 2  t = 0.042 s  "))
+  EXPECT_TRUE(told.at("labels")[1].get<std::string>().starts_with("polypic  PolyPIC full linear reflection  frame 2  t = 0.042 s  "))
       << "the last frame that both have: " << told;
   const render::Image sheet = render::read_image(folder / "both.png"), picture = render::read_image(folder / "pic/images/beauty.0002.png");
   EXPECT_EQ(sheet.width, told.at("width"));

@@ -208,7 +208,7 @@ std::string transfer_text(const sim::Options& o) {
   constexpr std::array<const char*, 4> kWritten{"PIC", "FLIP", "APIC", "PolyPIC"};
   const std::string modes = o.modes.count > 0 ? std::to_string(o.modes.count) + " modes " : o.modes.name.empty() ? "full " : o.modes.name + " ";
   return kWritten[static_cast<std::size_t>(o.transfer)] + std::string(" ") + (o.transfer == sim::Transfer::polypic ? modes : "") +
-         (o.kernel == sim::Kernel::linear ? "linear" : "quadratic");
+         (o.kernel == sim::Kernel::linear ? "linear" : "quadratic") + (!o.is_solid() && o.splitting == sim::Splitting::reflection ? " reflection" : "");
 }
 
 std::string example_shot() {

@@ -32,7 +32,7 @@ struct Shot {
   void params(base::Params&);
 };
 
-/// "PolyPIC full linear", "APIC quadratic": for captions.
+/// "PolyPIC full linear reflection", "APIC quadratic": for captions.
 std::string transfer_text(const sim::Options&);
 
 /// What the command line adds to a file.
