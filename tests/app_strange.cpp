@@ -253,6 +253,9 @@ TEST_F(Strange, AShotWithAFileBesideItGoesOn) {
   run_well({"simulate", "out/s/shot.toml", "--out", "again", "--frames", "1"});   // the run's copy finds the file from where it is
   run_well({"simulate", "again/shot.toml", "--out", "again", "--frames", "1"});
   EXPECT_EQ(text_of(folder / "again/shot.toml").substr(0, 37), "# The files it names lie in ../sub\n[s");
+  write("bare.toml", std::string(kSmallShot) + "\n[[set]]\nname = \"m\"\nmesh = { file = \"sub/m.obj\" }\n");
+  run_well({"simulate", "bare.toml", "--frames", "1"});
+  run_well({"simulate", "out/bare/shot.toml", "--out", "again_bare", "--frames", "1"});
   const auto points = time_of("out/s/points/points.0002.vdb"), surface = time_of("out/s/surface/surface.0002.vdb");
   write("sub/m.obj", "v 0 0 0\nv 0.4 0 0\nv 0 0.3 0.2\nf 1 2 3\n");
   EXPECT_NE(run_well({"run", "sub/s.toml", "--set", "camera.fov=30"}).out.find("again  render (the content of a file changed)\n"), std::string::npos);

@@ -306,8 +306,9 @@ std::vector<std::filesystem::path> named_files(const Shot& shot) {
 
 std::string copy_of(const Shot& shot, const std::filesystem::path& out) {
   std::error_code none;
-  const std::filesystem::path there = std::filesystem::weakly_canonical(std::filesystem::absolute(out, none), none),
-                              from = std::filesystem::weakly_canonical(std::filesystem::absolute(shot.folder, none), none);
+  const std::filesystem::path own = shot.folder / ".",   // the folder of a bare name is empty
+                              there = std::filesystem::weakly_canonical(std::filesystem::absolute(out, none), none),
+                              from = std::filesystem::weakly_canonical(std::filesystem::absolute(own, none), none);
   const std::string way = from.lexically_relative(there).generic_string();
   if (way == "." || way.find('\n') != std::string::npos || named_files(shot).empty()) return shot.resolved;
   return std::string(kFolderMark) + way + std::string(kFolderEnd) + shot.resolved;
