@@ -176,7 +176,7 @@ typename MacTransfer<D, Real>::After FluidStep<D, Real>::shift_after(Particles<D
 template <int D, class Real>
 void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, Real>& particles, base::Ledger& ledger) {
   {
-    const auto pass = ledger.pass("reflect", 3 * grid_bytes());
+    const auto pass = ledger.pass("reflect", 6 * grid_bytes());
     for (int a = 0; a < D; ++a) {
       reflected_[a].resize(blocks_.size());
       base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {

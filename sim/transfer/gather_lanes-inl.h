@@ -106,7 +106,9 @@ struct Factors {
   hn::Mask<Lanes> upper;
 
   HWY_INLINE explicit Factors(V t) {
-    x = place_on_axis<axis>(t, upper);
+    constexpr FromMiddle kShift = kFromMiddle<axis>;
+    upper = hn::Ge(t, hn::Set(kTag, 0.5f));
+    x = hn::Add(t, hn::IfThenElse(upper, hn::Set(kTag, kShift.upper), hn::Set(kTag, kShift.lower)));
     if constexpr (n == 3) {
       const V squared = hn::Mul(x, x);
       mean_of_b = hn::Add(squared, hn::Set(kTag, 0.25f));

@@ -41,17 +41,14 @@ enum class Axis { shared_node, shared_middle, shared_corner, wide_corner, wide_m
 template <Axis axis>
 constexpr bool kIsWide = axis == Axis::wide_corner || axis == Axis::wide_middle;
 
-/// Where lanes are along an axis, from the middle of their stencils: as basis.h has it. `upper` are those whose stencil is the upper one of a wide
-/// axis.
+/// From a particle's offset in its cell to its place from the middle of its stencil, as basis.h has it: in the lower half of the cell, in the upper one.
+struct FromMiddle {
+  float lower, upper;
+};
 template <Axis axis>
-HWY_INLINE V place_on_axis(V t, hn::Mask<Lanes>& upper) {
-  const V half = hn::Set(kTag, 0.5f);
-  upper = hn::Ge(t, half);
-  if constexpr (axis == Axis::shared_middle) return hn::Sub(t, half);
-  if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) return hn::IfThenElse(upper, hn::Sub(t, hn::Set(kTag, 1.0f)), t);
-  if constexpr (axis == Axis::wide_middle) return hn::IfThenElse(upper, hn::Sub(t, half), hn::Add(t, half));
-  return t;
-}
+constexpr FromMiddle kFromMiddle = axis == Axis::shared_middle ? FromMiddle{-0.5f, -0.5f}
+                                   : axis == Axis::wide_middle ? FromMiddle{0.5f, -0.5f}
+                                   : axis == Axis::shared_corner ? FromMiddle{0, 0} : FromMiddle{0, -1};
 
 // --- shapes -----------------------------------------------------------------------------------------------------------
 

@@ -75,7 +75,8 @@ class StagedRows {
   /// The rows of axes that all are as one lattice sees them.
   template <Axis axis>
   HWY_INLINE static void make_of(P t, float factor, float* HWY_RESTRICT to) {
-    const P x = from_middle<axis>(t);
+    constexpr FromMiddle kShift = kFromMiddle<axis>;
+    const P x = t + P::chosen(t, P::all(kShift.upper), P::all(kShift.lower));
     const auto of = [&](const OfNodes& number) SIM_LANES_INLINED {
       if constexpr (kIsWide<axis>) return P::chosen(t, P::load(number.upper), P::load(number.lower));
       else return P::load(number.lower);
@@ -89,14 +90,6 @@ class StagedRows {
       (weight * (root * root * fused(of(Number::s) * x, x, of(Number::r)))).store(to + 2 * kNext);
     }
     if constexpr (stressed) (P::all(factor) * fused(of(Number::f), x, of(Number::e))).store(to + S::modes * kNext);
-  }
-  template <Axis axis>
-  HWY_INLINE static P from_middle(P t) {
-    const P half = P::all(0.5f);
-    if constexpr (axis == Axis::shared_middle) return t - half;
-    if constexpr (axis == Axis::shared_node || axis == Axis::wide_corner) return P::chosen(t, t - P::all(1.0f), t);
-    if constexpr (axis == Axis::wide_middle) return P::chosen(t, t - half, t + half);
-    return t;
   }
 
   alignas(64) float rows_[kKinds][kRows][kMost][16];
