@@ -4,7 +4,7 @@
 # Rounds take turns: three with a shot in space, one with a shot in a plane. Each starts a run in a directory of its own, kills it
 # once somewhere between its start and its usual end, runs the same command to the end, and compares every file that does not tell
 # of times (points, surfaces, states, images, movies), the hashes of the states, and looks for names that start with a dot.
-# A round whose kill came too late is counted apart; half of them at least must have been in time.
+# A kill that came too late, on a machine less busy than before, is done again after half the time; a fifth that is late is a failure.
 set -euo pipefail
 program=$(readlink -f "$1")
 kills=${2:-50}
@@ -91,15 +91,21 @@ for round in $(seq "$kills"); do
   shot=space
   [ $((round % 4)) != 0 ] || shot=plane
   pause=$((RANDOM * usual[$shot] / 32768))
-  "$program" run $shot.toml --preview --out "$round" --quiet 2>/dev/null & child=$!   # as make does, but not in a shell that would outlive it
-  sleep "$((pause / 1000)).$(printf %03d $((pause % 1000)))"
-  mkdir -p "$round"   # killed before it made any
   place=late
-  if kill -9 "$child" 2>/dev/null; then
-    in_time=$((in_time + 1))
-    place=$(was_at "$round" $shot)
-  fi
-  wait "$child" 2>/dev/null || true
+  for _ in 1 2 3 4 5; do
+    rm -rf "$round"
+    "$program" run $shot.toml --preview --out "$round" --quiet 2>/dev/null & child=$!   # as make does, but not in a shell that would outlive it
+    sleep "$((pause / 1000)).$(printf %03d $((pause % 1000)))"
+    mkdir -p "$round"   # killed before it made any
+    if kill -9 "$child" 2>/dev/null; then
+      in_time=$((in_time + 1))
+      place=$(was_at "$round" $shot)
+      wait "$child" 2>/dev/null || true
+      break
+    fi
+    wait "$child" 2>/dev/null || true
+    pause=$((pause / 2))
+  done
   at[$place]=$((${at[$place]:-0} + 1))
   said=$(make $shot "$round" 2>&1) || said="exit $?: $said"
   complaint=
@@ -117,4 +123,4 @@ done
 printf '%s rounds of %s and %s ms, %s killed in time, %s bad; killed at' "$kills" "${usual[space]}" "${usual[plane]}" "$in_time" "$bad"
 for place in "${!at[@]}"; do printf ' %s %s,' "$place" "${at[$place]}"; done
 echo
-[ "$bad" = 0 ] && [ $((2 * in_time)) -ge "$kills" ]
+[ "$bad" = 0 ] && [ "$in_time" = "$kills" ]
