@@ -131,7 +131,7 @@ void liquid(benchmark::State& state) {
   const auto advance = [&] {
     const auto start = Clock::now();
     step.scatter(particles, ledger);
-    step.project(kCell, base::Vec3(0, 0, -9.81), ledger);
+    step.project(kCell * base::Vec3(0, 0, -9.81), ledger);
     step.gather({}, particles, ledger);
     step.move(kCell, particles, ledger);
     cost.step += seconds_since(start);

@@ -201,7 +201,7 @@ TEST(CostPasses, ShowTwiceTheCallsOfAPassThatWorksTwice) {
     base::Ledger ledger;
     for (int s = 0; s < 5; ++s) {
       step.scatter(particles, ledger);
-      step.project(0.01, base::Vec3::Zero(), ledger);
+      step.project(base::Vec3::Zero(), ledger);
       for (int g = 0; g < gathers; ++g) step.gather({}, particles, ledger);
       step.move(0.01, particles, ledger);
     }

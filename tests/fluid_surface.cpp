@@ -143,30 +143,6 @@ TEST(FluidSurface, WhatAirCarriesOnMakesNoFaceFaster) {
   EXPECT_GT(full, 4);   // the bound was met
 }
 
-// What reflection has twice: a weight's jitter beside the surface is not in it, and what no pressure reaches from inside keeps its own.
-TEST(FluidSurface, ThePressureChangesFacesBesideItAsThoseInside) {
-  constexpr int kTop = Pool::kLevel - 1;
-  const Pool pool([](int i, int j) { return i == 18 && j == 20 ? Pool::kFull : i >= 3 && i < 6 && j == 17 ? 1 : Pool::level(i, j); });
-  ASSERT_TRUE(pool.is_liquid(18, 20) && pool.is_thin(4, 17));
-  FaceField<2, double> change = cases::random_field<FaceLayout<2, double>>(pool.blocks, 2), unused = change;
-  FaceMask<2> valid;
-  Projection<2>().project(unused, pool.cells, pool.blocks, 1e-10, valid);
-  for (int i = 0; i < Pool::kCells; ++i)
-    for (int j = 0; j < kTop; ++j)
-      for (std::size_t a = 0; a < 2; ++a) change[a][pool.at(i, j)] = a == 1 ? -1 : 0.5;
-  const FaceField<2, double> before = change;
-  carry_change_outward(change, valid, pool.cells, pool.blocks);
-  for (int i = 1; i < Pool::kCells - 1; ++i) {
-    ASSERT_NE(before[1][pool.at(i, kTop)], -1);
-    EXPECT_EQ(change[1][pool.at(i, kTop)], -1) << i;        // one of its cells meets air
-    EXPECT_EQ(change[1][pool.at(i, kTop + 1)], -1) << i;    // to air
-    EXPECT_EQ(change[0][pool.at(i, kTop)], 0.5) << i;
-    EXPECT_EQ(change[1][pool.at(i, kTop + 3)], before[1][pool.at(i, kTop + 3)]) << i;
-  }
-  for (const auto [i, j] : {std::array{18, 20}, std::array{18, 21}, std::array{4, 17}, std::array{4, 18}})   // a drop; spray
-    for (std::size_t a = 0; a < 2; ++a) EXPECT_EQ(change[a][pool.at(i, j)], before[a][pool.at(i, j)]) << i << ' ' << j;
-}
-
 // A field that is linear in the place is what APIC knows: a particle that has been shifted has the field's velocity there.
 TEST(FluidShift, LeavesTheVelocityOfTheNewPlace) {
   const Lattice<3> lattice({9, 9, 9});

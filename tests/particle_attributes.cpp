@@ -46,8 +46,9 @@ sim::Scene spinning_block() {
 
 // Half a cell at the floor, where nobody below can be asked, and at the surface, where air begins.
 TEST(ParticleAttributes, PressureInStillWaterIsThatOfTheWaterAbove) {
-  for (const std::int64_t dimension : {2, 3}) {
-    const sim::Scene scene = tank(dimension);
+  for (const auto& [dimension, splitting] : {std::pair{2, sim::Splitting::lie}, {2, sim::Splitting::reflection}, {3, sim::Splitting::lie}, {3, sim::Splitting::reflection}}) {
+    sim::Scene scene = tank(dimension);
+    scene.options.splitting = splitting;
     const auto simulation = sim::make_simulation(scene, 24);
     for (const float p : simulation->frame().pressure) ASSERT_EQ(p, 0);
     base::Ledger ledger;

@@ -80,7 +80,7 @@ void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks,
 }
 
 template <int D, class Real>
-void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& displacement, const Solids<D>& solids,
+Shift<D> shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& displacement, const Solids<D>& solids,
            const CellRanges& ranges, std::size_t block, Particles<D, Real>& particles) {
   std::array<int, D> gradient;   // of each axis: the mode that is linear along it, or -1
   for (int a = 0; a < D; ++a) {
@@ -89,21 +89,26 @@ void shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, 
     const auto found = std::find(transfer.modes().begin(), transfer.modes().end(), linear);
     gradient[a] = found == transfer.modes().end() ? -1 : int(found - transfer.modes().begin());
   }
+  Shift<D> done;
   in_near_field(transfer, blocks, displacement, ranges, block, [&](std::size_t begin, std::size_t end, const auto& displacement_at) {
     for (std::size_t p = begin; p < end; ++p) {
       Site<D, Real> site{particles.cell[p], particles.offset[p]};
       const Vec<D, Real> by = displacement_at(site);
       site.move(by);
       keep_inside<D, Real>(site, solids.lattice);
+      for (int a = 0; a < D; ++a) done.by[a] += double(site.cell[a] - particles.cell[p][a]) + double(site.offset[a]) - double(particles.offset[p][a]);
       particles.cell[p] = solids.lattice.wrapped(site.cell);
       particles.offset[p] = site.offset;
       for (int c = 0; c < D; ++c) {
         const auto v = particles.component(p, c);
+        const double before = double(v[0]);
         for (int a = 0; a < D; ++a)
           if (gradient[a] >= 0) v[0] += v[std::size_t(gradient[a])] * by[a];
+        done.kinetic += (double(v[0]) - before) * (double(v[0]) + before) / 2;
       }
     }
   });
+  return done;
 }
 
 template <int D, class Real>
@@ -159,19 +164,19 @@ template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, De
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
 template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, float>&);
-template void shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
+template Shift<2> shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
                     std::size_t, Particles<2, float>&);
 template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, double>&);
-template void shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
+template Shift<2> shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
                     std::size_t, Particles<2, double>&);
 template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, float>&);
-template void shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
+template Shift<3> shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
                     std::size_t, Particles<3, float>&);
 template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, double>&);
-template void shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
+template Shift<3> shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
                     std::size_t, Particles<3, double>&);
 template Contacts push_out<2, float>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, float>&);
 template Contacts push_out<2, double>(const Solids<2>&, const std::vector<ModeIndex<2>>&, Particles<2, double>&);

@@ -12,10 +12,17 @@ template <int D, class Real>
 void advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, Advection, const Solids<D>&,
             const CellRanges& ranges, Particles<D, Real>&);
 
+/// What a displacement did to some particles: the sum of their ways [cells], and what their kinetic energies gained, per mass [m^2/s^2].
+template <int D>
+struct Shift {
+  Vec<D, double> by = Vec<D, double>::Zero();
+  double kinetic = 0;
+};
+
 /// Moves the particles of a block, number `block` of those occupied, by a displacement [cells] that is no motion: velocities become the polynomials'
 /// at the new places, c_1 += C . shift.
 template <int D, class Real>
-void shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&,
+Shift<D> shift(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& displacement, const Solids<D>&,
            const CellRanges& ranges, std::size_t block, Particles<D, Real>&);
 
 struct Contacts {

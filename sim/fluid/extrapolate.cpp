@@ -56,9 +56,16 @@ Faces next_layer(const Faces& before, const Neighbour& neighbour, int layer, std
   return found;
 }
 
-/// Unknown faces of `depth` get the mean of their neighbours in earlier layers, and the number of their layer.
 template <int D, class Real, class Neighbour>
-void fill_layers(std::vector<Real>& field, std::vector<std::uint8_t>& depth, int layers, const Neighbour& neighbour) {
+void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers,
+                           const Neighbour& neighbour) {
+  std::vector<std::uint8_t> depth(blocks.size());
+  base::parallel_chunks(depth.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) depth[i] = valid[i] ? 0 : kUnknown;
+    if (blocks.all_places()) return;
+    for (std::size_t i = begin; i < end; ++i)
+      if (!blocks.is_place(i)) depth[i] = kOutside;
+  });
   Faces faces = first_layer<D>(depth, neighbour);
   for (const std::uint32_t i : faces) depth[i] = 1;
   for (int layer = 1; layer <= layers && !faces.empty(); ++layer) {
@@ -75,19 +82,6 @@ void fill_layers(std::vector<Real>& field, std::vector<std::uint8_t>& depth, int
     });
     if (layer < layers) faces = next_layer<D>(faces, neighbour, layer + 1, depth);
   }
-}
-
-template <int D, class Real, class Neighbour>
-void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers,
-                           const Neighbour& neighbour) {
-  std::vector<std::uint8_t> depth(blocks.size());
-  base::parallel_chunks(depth.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) depth[i] = valid[i] ? 0 : kUnknown;
-    if (blocks.all_places()) return;
-    for (std::size_t i = begin; i < end; ++i)
-      if (!blocks.is_place(i)) depth[i] = kOutside;
-  });
-  fill_layers<D>(field, depth, layers, neighbour);
   base::parallel_chunks(depth.size(), 65536, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       if (depth[i] >= kOutside) field[i] = 0;
@@ -100,28 +94,6 @@ template <int D, class Real>
 void extrapolate(FaceField<D, Real>& field, const FaceMask<D>& valid, const ActiveBlocks<D>& blocks, int layers) {
   blocks.with_neighbour([&](const auto& neighbour) {
     for (int a = 0; a < D; ++a) extrapolate_component<D, Real>(field[a], valid[a], blocks, layers, neighbour);
-  });
-}
-
-template <int D, class Real>
-void carry_change_outward(FaceField<D, Real>& change, const FaceMask<D>& valid, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  constexpr int kLayers = 2;
-  const auto is = [&](CellKind kind, std::size_t i) { return cells.kind[i] == kind; };
-  const auto is_inside = [&](std::size_t i) { return is(CellKind::liquid, i) && cells.distance[i] <= -1; };   // meets no air
-  blocks.with_neighbour([&](const auto& neighbour) {
-    for (int a = 0; a < D; ++a) {
-      std::vector<std::uint8_t> depth(blocks.size());
-      base::parallel_chunks(depth.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const std::ptrdiff_t before = neighbour(i, a, 0);
-          depth[i] = kOutside;
-          if (!valid[a][i] || before < 0 || is(CellKind::solid, i) || is(CellKind::solid, std::size_t(before))) continue;
-          if (is_inside(i) && is_inside(std::size_t(before))) depth[i] = 0;
-          else if (is(CellKind::liquid, i) || is(CellKind::liquid, std::size_t(before))) depth[i] = kUnknown;
-        }
-      });
-      fill_layers<D>(change[a], depth, kLayers, neighbour);
-    }
   });
 }
 
@@ -189,10 +161,6 @@ template void extrapolate(FaceField<2, float>&, const FaceMask<2>&, const Active
 template void extrapolate(FaceField<2, double>&, const FaceMask<2>&, const ActiveBlocks<2>&, int);
 template void extrapolate(FaceField<3, float>&, const FaceMask<3>&, const ActiveBlocks<3>&, int);
 template void extrapolate(FaceField<3, double>&, const FaceMask<3>&, const ActiveBlocks<3>&, int);
-template void carry_change_outward(FaceField<2, float>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
-template void carry_change_outward(FaceField<2, double>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
-template void carry_change_outward(FaceField<3, float>&, const FaceMask<3>&, const LiquidCells<3>&, const ActiveBlocks<3>&);
-template void carry_change_outward(FaceField<3, double>&, const FaceMask<3>&, const LiquidCells<3>&, const ActiveBlocks<3>&);
 template void carry_on_outflow(FaceField<2, float>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
 template void carry_on_outflow(FaceField<2, double>&, const FaceMask<2>&, const LiquidCells<2>&, const ActiveBlocks<2>&);
 template void carry_on_outflow(FaceField<3, float>&, const FaceMask<3>&, const LiquidCells<3>&, const ActiveBlocks<3>&);

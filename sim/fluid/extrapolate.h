@@ -15,13 +15,6 @@ struct FaceMask : std::array<std::vector<std::uint8_t>, std::size_t(D)> {};
 template <int D, class Real>
 void extrapolate(FaceField<D, Real>&, const FaceMask<D>& valid, const ActiveBlocks<D>&, int layers);
 
-/// Makes what the pressure changed on faces beside the surface what it changed on those inside: the mean of axis neighbours, layer after layer, two
-/// deep, from faces between liquid cells that meet no air. How the pressure falls to the surface hangs on how far that is from the liquid's middle, to
-/// which jitter of a few particles matters; and a field reflected at the projected one has this change twice. Faces out of reach, of drops and
-/// sheets, keep theirs, and so do those that no pressure acts on, and those beside solids.
-template <int D, class Real>
-void carry_change_outward(FaceField<D, Real>& change, const FaceMask<D>& valid, const LiquidCells<D>&, const ActiveBlocks<D>&);
-
 /// After `extrapolate`: in an air cell beside liquid the faces to air that is not get what is missing for its outflow to be 0, as far as none becomes
 /// faster than the cell's fastest: particles would hop off water at rest. Particles on top of the liquid would else come together where it gathers,
 /// and stay dense when the liquid takes them in. Not in pits, with liquid on more than half of their sides: all that flows into one would leave as a jet.

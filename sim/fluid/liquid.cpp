@@ -67,7 +67,7 @@ class Liquid final : public Simulation {
     solids_.move_to(time());
     if (options_.write.pressure) {
       const auto pass = ledger.pass("pressure", particle_bytes());
-      pressure_ = step_.pressure_at(particles_);
+      pressure_ = step_.pressure_at(particles_, last_step_.length, last_step_.reflected);
     }
   }
 
@@ -99,7 +99,9 @@ class Liquid final : public Simulation {
   /// [J] what moving solids did in the last projection.
   double solid_work() const { return particles_.mass * double(options_.particles_per_cell) * step_.solid_work(); }
 
-  /// One step of at most `left` [s]; returns its length.
+  /// One step of at most `left` [s]; returns its length. Where it reflects gravity pulls halfway, for the whole step: a wave is moved, pulled and moved,
+  /// as a leapfrog does, and keeps its energy. Half of the pull in each half of the step would meet the same surface twice in the mirrored field,
+  /// and a wave of frequency w would grow by the root of 1 + (w dt)^2 / 4 each step; what is mirrored is the pressure of the flow alone.
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
@@ -109,17 +111,17 @@ class Liquid final : public Simulation {
     double dt = first_guess(left, motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     if (reflects) {
-      const double half = project(dt / 2, ledger);
+      const double half = project(dt / 2, [&](double) -> base::Vec3 { return base::Vec3::Zero(); }, ledger);
       add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
       step_.move(half, particles_, ledger);
       step_.scatter(particles_, ledger);
-      const double rest = project(dt / 2 < half ? dt / 2 : half, ledger);
+      const double rest = project(dt / 2 < half ? dt / 2 : half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
       finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
     } else {
-      dt = project(dt, ledger);
+      dt = project(dt, [&](double whole) -> base::Vec3 { return whole * gravity_; }, ledger);
       finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
@@ -128,6 +130,7 @@ class Liquid final : public Simulation {
     largest_cfl_ = std::max(largest_cfl_, motion.speed * dt / options_.cell);
     steps_by_motion_ += dt < left;
     ++substeps_;
+    last_step_ = {dt, reflects};
     if (options_.splitting == Splitting::reflection) {
       const auto pass = ledger.pass("sums", particle_bytes());
       watch_.see(energy());
@@ -145,7 +148,8 @@ class Liquid final : public Simulation {
       volume = step_.volume();
       drift_ = volume.all * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
     }
-    if (options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0) {
+    const bool corrects = options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0;
+    if (corrects) {
       const double gain = 1 - std::pow(1 - options_.volume_correction, kStepsACorrection);
       if (volume.bulk_filling > 0)
         aim_ = std::clamp(aim_ + kPartToAim * gain * (volume.bulk / volume.bulk_filling - 1), 1 - kFarthestAim, 1 + kFarthestAim);
@@ -154,12 +158,14 @@ class Liquid final : public Simulation {
     step_.gather(gather_rule(dt, speed), particles_, ledger);
     solids_.move_to(end);
     step_.move(dt, particles_, ledger);
+    if (corrects) watch_.add_work(particles_.mass * step_.shift_work());   // it is no motion, and lifts the liquid
   }
 
-  /// Projects over dt, or less: a projection that would carry a face's velocity more than twice as far as cfl allows (an impact that the
-  /// guess could not know of) is done again over half the time. Returns the time.
-  double project(double dt, base::Ledger& ledger) {
-    while (step_.project(dt, gravity_, ledger) * dt > 2 * options_.cfl * options_.cell) {
+  /// Projects over dt, or less, what forces push(dt) [m/s]: a projection that would carry a face's velocity more than twice as far as cfl allows
+  /// (an impact that the guess could not know of) is done again over half the time. Returns the time.
+  template <class Push>
+  double project(double dt, const Push& push, base::Ledger& ledger) {
+    while (step_.project(push(dt), ledger) * dt > 2 * options_.cfl * options_.cell) {
       dt /= 2;
       ++steps_by_impact_;
       if (dt < kShortestStep / fps_) throw_collapse("the pressure of an impact", dt);
@@ -262,6 +268,10 @@ class Liquid final : public Simulation {
   EnergyWatch watch_;                 // used where the splitting reflects
   std::optional<double> drift_;       // [1] of volume, at the last step
   std::vector<float> pressure_;       // [Pa] of each particle at the frame; empty where nobody asks
+  struct {
+    double length = 0;                // [s]
+    bool reflected = false;
+  } last_step_;
   double aim_ = 1;                    // [1] density of the liquid's inside that the volume correction aims at, over the one seeded
   std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
   double collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;   // since the frame before

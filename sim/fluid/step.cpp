@@ -92,21 +92,20 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
 }
 
 template <int D, class Real>
-double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, base::Ledger& ledger) {
-  force_.setZero();
+double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger) {
   audit_ = scattered_audit_;
-  if (acceleration.isZero(0)) {
+  if (push.isZero(0)) {
     grid_.velocity = scattered_;
   } else {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     for (int a = 0; a < D; ++a) {
-      const Real change = force_[a] = Real(dt * acceleration[a]);
+      const Real change = Real(push[a]);
       base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
       });
     }
   }
-  if (!acceleration.isZero(0)) audit("forces", grid_.velocity, ledger);
+  if (!push.isZero(0)) audit("forces", grid_.velocity, ledger);
   PressureReport report;
   {
     auto pass = ledger.pass("pressure", 4 * grid_bytes());
@@ -115,7 +114,6 @@ double FluidStep<D, Real>::project(double dt, const base::Vec3& acceleration, ba
     if (options_.write.pressure) {
       pressure_ = projection_.pressure();
       pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
-      for (double& p : pressure_) p *= options_.cell / dt;
     }
   }
   audit("pressure", grid_.velocity, ledger);
@@ -170,24 +168,20 @@ typename MacTransfer<D, Real>::After FluidStep<D, Real>::shift_after(Particles<D
   if (!displaces_ || options_.audit) return {};
   displaces_ = false;
   if (!std::exchange(departed_, true)) depart(particles, ledger);
-  return [this, &particles](std::size_t block) { shift(transfer_, blocks_, displacement_, solids_, ranges_, block, particles); };
+  shifted_.resize(ranges_.occupied.size());
+  return [this, &particles](std::size_t block) { shifted_[block] = shift(transfer_, blocks_, displacement_, solids_, ranges_, block, particles); };
 }
 
 template <int D, class Real>
 void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, Real>& particles, base::Ledger& ledger) {
   {
-    const auto pass = ledger.pass("reflect", 6 * grid_bytes());
+    const auto pass = ledger.pass("reflect", 3 * grid_bytes());
     for (int a = 0; a < D; ++a) {
       reflected_[a].resize(blocks_.size());
       base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] = grid_.velocity[a][i] - (scattered_[a][i] + force_[a]);
+        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] = 2 * grid_.velocity[a][i] - scattered_[a][i];
       });
     }
-    if (free_surface_) carry_change_outward(reflected_, valid_, cells_, blocks_);
-    for (int a = 0; a < D; ++a)
-      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) reflected_[a][i] += grid_.velocity[a][i];
-      });
   }
   audit("reflect", reflected_, ledger);
   {
@@ -197,6 +191,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
     if (free_surface_) carry_on_outflow(grid_.velocity, valid_, cells_, blocks_);
   }
   audit("extrapolate", reflected_, ledger);
+  if (options_.write.pressure) mirrored_pressure_ = {blocks_, cells_.kind, pressure_};
   const auto after = shift_after(particles, ledger);
   {
     const auto pass = ledger.pass("g2p", bytes_of(particles) + grid_bytes());
@@ -212,8 +207,9 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
   if (displaces_) {
     // Both are of the places before the motion; the shift comes first, and the motion takes over where it ends.
     const auto pass = ledger.pass("volume", bytes_of(particles));
+    shifted_.resize(ranges.occupied.size());
     base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
-      shift(transfer_, blocks_, displacement_, solids_, ranges, b, particles);
+      shifted_[b] = shift(transfer_, blocks_, displacement_, solids_, ranges, b, particles);
     });
   }
   if (std::exchange(displaces_, false)) audit("volume", particles, ledger);
@@ -264,10 +260,15 @@ void FluidStep<D, Real>::audit(std::string_view stage, const FaceField<D, Real>&
 }
 
 template <int D, class Real>
-std::vector<float> FluidStep<D, Real>::pressure_at(const Particles<D, Real>& particles) const {
+std::vector<float> FluidStep<D, Real>::pressure_at(const Particles<D, Real>& particles, double dt, bool reflected) const {
   if (pressure_.empty()) return std::vector<float>(particles.size(), 0.0f);
   const double density = particles.mass * double(options_.particles_per_cell) / std::pow(options_.cell, D);   // [kg/m^3]
-  return particle_pressure(pressure_, density, cells_.kind, blocks_, particles);
+  const double scale = density * options_.cell / dt;
+  std::vector<float> found = particle_pressure(pressure_, scale, cells_.kind, blocks_, particles);
+  if (!reflected) return found;
+  const std::vector<float> twice = particle_pressure(mirrored_pressure_.values, 2 * scale, mirrored_pressure_.kind, mirrored_pressure_.blocks, particles);
+  for (std::size_t p = 0; p < found.size(); ++p) found[p] += twice[p];
+  return found;
 }
 
 template <int D, class Real>
@@ -279,6 +280,13 @@ void FluidStep<D, Real>::correct_volume(double gain, double aim, base::Ledger& l
   projection_.displace(displacement_, growth, cells_, blocks_, kTolerance, displaced_);
   extrapolate(displacement_, displaced_, blocks_, 3);
   displaces_ = true;
+}
+
+template <int D, class Real>
+double FluidStep<D, Real>::shift_work() const {
+  double work = 0;
+  for (const Shift<D>& block : shifted_) work += block.kinetic - options_.cell * down_.head<D>().dot(block.by);
+  return work;
 }
 
 template <int D, class Real>

@@ -2,7 +2,7 @@
 // One step of an incompressible fluid, pass by pass: particles -> grid, forces and projection, grid -> particles, motion.
 //
 //   step.scatter(particles, ledger);                  sort, P2G, which cells are liquid
-//   step.project(dt, acceleration, ledger);           v* = v + dt g, then without divergence; again with another dt if it must be
+//   step.project(dt * g, ledger);                     v* = v + dt g, then without divergence; again with another dt if it must be
 //   step.gather(rule, particles, ledger);             G2P
 //   step.move(dt, particles, ledger);                 motion, contact, carry
 //
@@ -13,6 +13,7 @@
 
 #include "base/ledger.h"
 #include "sim/energy_audit.h"
+#include "sim/fluid/advect.h"
 #include "sim/fluid/pressure.h"
 #include "sim/transfer/mac_transfer.h"
 
@@ -38,11 +39,11 @@ class FluidStep {
   FluidStep(const Options&, const Solids<D>& solids, bool free_surface);
 
   void scatter(Particles<D, Real>&, base::Ledger&);
-  /// dt [s], acceleration [m/s^2] of the whole fluid. Returns the speed of the fastest face component [m/s]. Starts from what `scatter`
-  /// left, so it may be called again.
-  double project(double dt, const base::Vec3& acceleration, base::Ledger&);
+  /// `push` [m/s] is what forces add to the velocity of the whole fluid. Returns the speed of the fastest face component [m/s]. Starts from what
+  /// `scatter` left, so it may be called again.
+  double project(const base::Vec3& push, base::Ledger&);
   void gather(const GatherRule&, Particles<D, Real>&, base::Ledger&);
-  /// G2P of the field reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
+  /// G2P of the field of `scatter` reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
   void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   /// Motion: whoever is then outside an open side is gone. Before it the particles shift by the displacement that `correct_volume` found, where it
   /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart.
@@ -52,9 +53,12 @@ class FluidStep {
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
   void correct_volume(double gain, double aim, base::Ledger&);
 
-  /// Pressure [Pa] of the last projection at the particles, where they are now; sim.write.pressure must be asked for. 0 before the first.
-  std::vector<float> pressure_at(const Particles<D, Real>&) const;
+  /// Mean pressure [Pa] over the last step, dt [s] long and with a reflected half or not, at the particles, where they are now; sim.write.pressure must
+  /// be asked for. 0 before the first.
+  std::vector<float> pressure_at(const Particles<D, Real>&, double dt, bool reflected) const;
 
+  /// What the shift of the last `correct_volume` did on the liquid, by its weight and its velocities [J], per particle's mass.
+  double shift_work() const;
   /// What moving solids did on the liquid in the last projection [J], per mass of a cell full of liquid.
   double solid_work() const { return solid_work_; }
 
@@ -71,7 +75,7 @@ class FluidStep {
   /// Where the energy went since the counts were cleared; empty unless options say audit.
   const EnergyAudit& audit() const { return audit_; }
   EnergyAudit& audit() { return audit_; }
-  /// [m/s^2] gravity that the audit measures places by: only along axes that have a floor.
+  /// [m/s^2] gravity that places are measured by: only along axes that have a floor.
   void falls(const base::Vec3& down) { down_ = down; }
   void clear_counts() { counts_ = {}, audit_.clear(); }
   bool has_surface() const { return free_surface_; }
@@ -100,16 +104,21 @@ class FluidStep {
   LiquidCells<D> cells_;
   std::vector<float> filling_;        // [1] of every cell
   Projection<D> projection_;
-  std::vector<double> pressure_;      // of every cell [m^2/s^2], over density; kept where it is to be written
+  std::vector<double> pressure_;      // of every cell [cells m/s], over density, times the time it acts; kept where it is to be written
+  struct {
+    ActiveBlocks<D> blocks;
+    std::vector<CellKind> kind;
+    std::vector<double> values;
+  } mirrored_pressure_;               // likewise, of the last step's first half that reflected
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
   FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects
-  Vec<D, Real> force_ = Vec<D, Real>::Zero();   // [m/s] what forces added to it
   FaceSums scattered_sums_;
   FaceMask<D> valid_;
   Departure<D, Real> departure_;      // empty unless the carry limits
   FaceField<D, Real> displacement_;   // [cells] of the volume correction
   FaceMask<D> displaced_;
+  std::vector<Shift<D>> shifted_;     // by it, a block each
   bool displaces_ = false, departed_ = false;   // in this step: a correction was found; the particles have departed
   double solid_work_ = 0;
   StepCounts counts_;
