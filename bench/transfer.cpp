@@ -136,8 +136,8 @@ double bytes_of(const Case& c, int lattices) {
 /// Multiply-adds of sum factorisation with stencils of n nodes an axis, counted as two operations, a particle; P2G and G2P.
 double operations_of(const Case& c) {
   const int n = c.kernel == Kernel::linear ? 2 : 3;
-  const int a = c.modes == 1 ? 1 : c.modes == 27 ? 3 : 2;
-  const int pairs = c.modes == 4 ? 3 : a * a;                       // of modes of two axes that are kept
+  const int a = c.modes == 1 ? 1 : c.modes > 8 ? 3 : 2;
+  const int pairs = c.modes == 4 ? 3 : c.modes == 10 ? 6 : a * a;                       // of modes of two axes that are kept
   const double one = n * n * n * a + n * n * pairs + n * c.modes;   // of one component, one way
   const double mass = n * n * n + n * n;
   return 2 * (2 * 3 * one + mass) + (c.deformation ? 2 * 27.0 : 0);
@@ -210,6 +210,7 @@ void run(benchmark::State& state, const Case& c) {
   const Lattice<3> box({c.edge, c.edge, c.edge}, {true, true, true});
   std::vector<ModeIndex<3>> modes = ordered_modes<3>(c.kernel == Kernel::linear ? 1 : 2);
   modes.resize(std::size_t(c.modes));
+  if (c.modes == 10) modes = mode_set<3>(Transfer::polypic, c.kernel, {0, "quadratic"});
   const GridTransfer<Layout> transfer(c.kernel, modes, c.plain ? Path::plain : Path::fast);
   Particle3 particles = crowd.particles;
   particles.modes = c.modes;
@@ -271,10 +272,10 @@ using Faces = FaceLayout<3, float>;
 using Nodes = NodeLayout<3, float>;
 
 const int kRegistered = [] {
-  for (const int modes : {1, 4, 8, 27}) {
+  for (const int modes : {1, 4, 8, 10, 27}) {
     add<Nodes>("nodes", {.kernel = Kernel::quadratic, .modes = modes});
     add<Faces>("faces", {.kernel = Kernel::quadratic, .modes = modes});
-    if (modes == 27) continue;
+    if (modes > 8) continue;
     add<Nodes>("nodes", {.kernel = Kernel::linear, .modes = modes});
     add<Faces>("faces", {.kernel = Kernel::linear, .modes = modes});
   }

@@ -49,6 +49,7 @@ Scene scene_of(const Material& m, std::int64_t modes) {
   scene.options.precision = Precision::single_precision;
   set_transfer(scene.options, modes == 1 ? "pic" : modes == 4 ? "apic" : "polypic");
   if (modes == 8) scene.options.modes.name = "multilinear";
+  if (modes == 10) scene.options.modes.name = "quadratic";
   if (modes != 27) scene.options.carry = Carry::fixed;
   scene.options.wall_friction = 0.3;
   scene.bodies = {ball({0.5, 0.5, 0.3}, 0.28, m), block({0.78, 0.3, 0}, {1.1, 0.7, 0.5}, m)};
@@ -215,7 +216,7 @@ TEST(SolidLanes, RowsAreWrittenAlikePastTheCachesAndNot) {
 }
 
 TEST(SolidLanes, AStepEightAtATimeIsThePlainStepInDoublePrecisionToRounding) {
-  for (const std::int64_t modes : {1, 4, 8, 27})
+  for (const std::int64_t modes : {1, 4, 8, 10, 27})
     for (const Case& c : cases()) {
       const Scene scene = scene_of(c.material, modes);
       const Solids<3> solids(scene, Lattice<3>({12, 12, 12}));

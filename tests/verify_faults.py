@@ -40,7 +40,7 @@ FAULTS = [
     ("who leaves is counted", STEP, "counts_.left += left;", "counts_.left += @ ? 0 : left;", "emptied_half_way"),
     ("closed faces stand still", PRESSURE, "v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);", "v[a][i] = @ ? v[a][i] : moves ? Real(cells.open.pushed(a, i)) : Real(0);", "full_box"),
     ("the imbalance is told", STEP, "report.imbalance / options_.cell);\n  solid", "(@ ? 0.0 : report.imbalance) / options_.cell);\n  solid", "piston_into_a_full_box"),
-    ("the volume correction", LIQUID, "if (options_.volume_correction > 0 && substeps_", "if (!@ && options_.volume_correction > 0 && substeps_", "blocks_fall_into_a_pool"),
+    ("the volume correction", LIQUID, "const bool corrects = options_.volume_correction > 0", "const bool corrects = !@ && options_.volume_correction > 0", "blocks_fall_into_a_pool"),
     ("changes of volume averaged against locking", SEEDING, "group.averages = body.solid.volume_averaging;", "group.averages = !@ && body.solid.volume_averaging;", "beam"),
 ]
 # The same of the watch: what its tests must notice.

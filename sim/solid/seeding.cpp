@@ -11,12 +11,7 @@ namespace {
 
 /// The fast transfers of a mode set, where there are any.
 void set_lanes(Group<3, float>& group) {
-  const std::vector<ModeIndex<3>>& modes = group.scheme.modes;
-  const auto is = [&](Transfer transfer, const base::CountOrName& wanted) { return modes == mode_set<3>(transfer, Kernel::quadratic, wanted); };
-  const bool known =
-      is(Transfer::pic, {}) || is(Transfer::apic, {}) || is(Transfer::polypic, {.count = 0, .name = "multilinear"}) || is(Transfer::polypic, {});
-  if (!known || group.scheme.flip) return;
-  group.kernels = lanes::nodes_quadratic_of_solids(int(modes.size()));
+  if (!group.scheme.flip) group.kernels = lanes::nodes_quadratic_of_solids(fast_set(group.scheme.modes));
 }
 
 template <int D, class Real>

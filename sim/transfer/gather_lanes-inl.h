@@ -144,8 +144,8 @@ constexpr bool wants(const std::array<int, 3>& result) {
   const int sum = a + b + c, most = std::max({a, b, c});
   const bool along_one = sum == most && sum > 0;
   if (along_one && kByDifference<n, count>) return most >= kBend && (gradient || count == 4);
-  if (along_one && most == kBend) return count == 27 || gradient;
-  return most < kDifference && keeps<count>(a, b, c) && (count == 27 || most < 2);
+  if (along_one && most == kBend) return kBends<count> || gradient;
+  return most < kDifference && keeps<count>(a, b, c);
 }
 
 /// One axis after the other, and which results of the first, of the first two and of all three are wanted on the way.
@@ -226,11 +226,6 @@ HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Res
   finish_axis<S, count, gradient, P>(first, r), finish_axis<S, count, gradient, Q>(second, r), finish_axis<S, count, gradient, R>(third, r);
 }
 
-HWY_INLINE V coefficient(const Results& r, int number) {
-  const ModeIndex<3>& mode = kSupplementOrder3[number];
-  return r.at[mode[0]][mode[1]][mode[2]];
-}
-
 /// Rows from their numbers, four at a time; where these are no multiple of four the last groups overlap.
 template <class S>
 HWY_INLINE void store_rows(const Batch<S>& batch, const V (&number)[S::kRow]) {
@@ -282,7 +277,10 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
       for (int lane = 0; lane < batch.size; ++lane) batch.at[lane][component] = one[lane];
     } else {
 #pragma GCC unroll 27
-      for (int number = 0; number < S::count; ++number) row[3 * number + component] = coefficient(r, number);
+      for (int number = 0; number < S::count; ++number) {
+        const auto [a, b, c] = kModes<S::count>[std::size_t(number)];
+        row[3 * number + component] = r.at[a][b][c];
+      }
     }
     keep_more(component, r);
   });

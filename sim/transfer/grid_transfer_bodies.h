@@ -135,10 +135,11 @@ class BlockSums {
 template <class Layout>
 lanes::Kernels kernels_of(Kernel kernel, const std::vector<ModeIndex<Layout::kDimension>>& modes) {
   if constexpr (Layout::kDimension == 3 && std::is_same_v<typename Layout::Real, float>) {
-    if (!std::equal(modes.begin(), modes.end(), std::begin(kSupplementOrder3))) return {};
-    const int count = int(modes.size());
-    if (Layout::kLattices == 3) return kernel == Kernel::linear ? lanes::faces_linear(count) : lanes::faces_quadratic(count);
-    return kernel == Kernel::linear ? lanes::nodes_linear(count) : lanes::nodes_quadratic(count);
+    const int set = fast_set(modes);
+    constexpr bool faces = Layout::kLattices == 3;
+    if (kernel == Kernel::linear) return faces ? lanes::faces_linear(set) : lanes::nodes_linear(set);
+    if (set <= 8) return faces ? lanes::faces_quadratic(set) : lanes::nodes_quadratic(set);
+    return faces ? lanes::faces_bent(set) : lanes::nodes_bent(set);
   }
   return {};
 }

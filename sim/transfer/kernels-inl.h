@@ -12,17 +12,12 @@
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
 
-template <int n, bool faces>
-Kernels find(int modes) {
-  switch (modes) {
-    case 1: return {scatter_block<Shape<n, 1, faces>>, gather_block<Shape<n, 1, faces>>};
-    case 4: return {scatter_block<Shape<n, 4, faces>>, gather_block<Shape<n, 4, faces>>};
-    case 8: return {scatter_block<Shape<n, 8, faces>>, gather_block<Shape<n, 8, faces>>};
-    case 27:
-      if constexpr (n == 3) return {scatter_block<Shape<n, 27, faces>>, gather_block<Shape<n, 27, faces>>};
-      break;
-  }
-  return {};
+/// Those of the first of some sets that has `set` modes.
+template <int n, bool faces, int count, int... more>
+Kernels find(int set) {
+  if (set == count) return {scatter_block<Shape<n, count, faces>>, gather_block<Shape<n, count, faces>>};
+  if constexpr (sizeof...(more) > 0) return find<n, faces, more...>(set);
+  else return {};
 }
 
 }  // namespace sim::lanes::HWY_NAMESPACE

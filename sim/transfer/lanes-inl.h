@@ -9,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include <array>
 #include <cstring>
 
 #include "sim/transfer/lanes.h"
@@ -52,14 +53,28 @@ constexpr FromMiddle kFromMiddle = axis == Axis::shared_middle ? FromMiddle{-0.5
 
 // --- shapes -----------------------------------------------------------------------------------------------------------
 
-/// The products a particle carries, by their number: 1, 4, 8 or 27. All sets hold with a product every one below it.
+/// The products a particle carries, by their number: 1, 4, 8, 10 or 27. All sets hold with a product every one below it.
 template <int count>
 constexpr bool keeps(int a, int b, int c) {
   if (count == 1) return a + b + c == 0;
   if (count == 4) return a + b + c <= 1;
   if (count == 8) return a <= 1 && b <= 1 && c <= 1;
+  if (count == 10) return a + b + c <= 2;
   return true;
 }
+/// Whether a set has the mode g.
+template <int count>
+constexpr bool kBends = keeps<count>(2, 0, 0);
+
+/// The set's modes in their order.
+template <int count>
+constexpr auto kModes = [] {
+  std::array<ModeIndex<3>, count> modes{};
+  std::size_t kept = 0;
+  for (const ModeIndex<3>& mode : kSupplementOrder3)
+    if (keeps<count>(mode[0], mode[1], mode[2])) modes[kept++] = mode;
+  return modes;
+}();
 
 /// Nodes on one lattice (faces: one a component).
 template <int n_, int count_, bool faces_>
@@ -67,7 +82,7 @@ struct Shape {
   static constexpr int n = n_, count = count_, tile = Lattice<3>::kBlock + n, places = tile * tile * tile;
   static constexpr bool faces = faces_;
   static constexpr int kRow = 3 * count;                               // numbers of a particle
-  static constexpr int modes = count == 1 ? 1 : count == 27 ? 3 : 2;   // of an axis
+  static constexpr int modes = count == 1 ? 1 : kBends<count> ? 3 : 2;   // of an axis
   static constexpr int lattices = faces ? 3 : 1, fields = lattices + 3;
   /// Of axis `axis` on lattice l.
   static constexpr Axis kind(int l, int axis) {

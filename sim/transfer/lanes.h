@@ -1,8 +1,8 @@
 #pragma once
 // The fast transfers: a block at a time, on a dense tile of its own. Particles of a cell share the nodes they read and write: P2G keeps a cell's sums
 // in registers while its particles pass (scatter_lanes-inl.h), G2P takes eight particles of a cell, a lane each (gather_lanes-inl.h). In 3-D and
-// single precision, for the mode sets people use: 1, 4, 8 modes, and 27 with the quadratic kernel. Everything else runs the plain path of
-// grid_transfer_bodies.h, which is the reference.
+// single precision, for the mode sets that have a name: 1, 4 and 8 modes, and with the quadratic kernel 10 (total degree 2) and 27. Everything else runs
+// the plain path of grid_transfer_bodies.h, which is the reference.
 //
 // No sum is over lanes, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the same bits.
 #include <cstddef>
@@ -64,14 +64,17 @@ struct Kernels {
   Gather gather = nullptr;
 };
 
-/// For this processor; null where there is no fast path for the set.
-Kernels faces_quadratic(int modes);
-Kernels faces_linear(int modes);
-Kernels nodes_quadratic(int modes);
-Kernels nodes_linear(int modes);
+/// For this processor, by fast_set(modes); null where there is no fast path for the set. The sets of quadratic kernels that have modes which bend are
+/// compiled apart from the others: it takes long.
+Kernels faces_quadratic(int set);
+Kernels faces_bent(int set);
+Kernels faces_linear(int set);
+Kernels nodes_quadratic(int set);
+Kernels nodes_bent(int set);
+Kernels nodes_linear(int set);
 /// Those of nodes_quadratic for solids: with the impulse of stress added to the momenta, with the velocity and its gradient, that of the kernel's
 /// interpolation, handed out.
-MovingKernels nodes_quadratic_of_solids(int modes);
+MovingKernels nodes_quadratic_of_solids(int set);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
 void allow_avx512(bool);

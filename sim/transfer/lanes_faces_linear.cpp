@@ -5,13 +5,13 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
-Kernels find_faces_linear(int modes) { return find<2, true>(modes); }
+Kernels find_faces_linear(int set) { return find<2, true, 1, 4, 8>(set); }
 }  // namespace sim::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace sim::lanes {
 HWY_EXPORT(find_faces_linear);
-Kernels faces_linear(int modes) { return HWY_DYNAMIC_DISPATCH(find_faces_linear)(modes); }
+Kernels faces_linear(int set) { return HWY_DYNAMIC_DISPATCH(find_faces_linear)(set); }
 }  // namespace sim::lanes
 #endif

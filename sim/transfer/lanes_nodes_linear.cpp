@@ -5,13 +5,13 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
-Kernels find_nodes_linear(int modes) { return find<2, false>(modes); }
+Kernels find_nodes_linear(int set) { return find<2, false, 1, 4, 8>(set); }
 }  // namespace sim::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace sim::lanes {
 HWY_EXPORT(find_nodes_linear);
-Kernels nodes_linear(int modes) { return HWY_DYNAMIC_DISPATCH(find_nodes_linear)(modes); }
+Kernels nodes_linear(int set) { return HWY_DYNAMIC_DISPATCH(find_nodes_linear)(set); }
 }  // namespace sim::lanes
 #endif

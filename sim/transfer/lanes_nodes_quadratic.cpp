@@ -5,13 +5,13 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
-Kernels find_nodes_quadratic(int modes) { return find<3, false>(modes); }
+Kernels find_nodes_quadratic(int set) { return find<3, false, 1, 4, 8>(set); }
 }  // namespace sim::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace sim::lanes {
 HWY_EXPORT(find_nodes_quadratic);
-Kernels nodes_quadratic(int modes) { return HWY_DYNAMIC_DISPATCH(find_nodes_quadratic)(modes); }
+Kernels nodes_quadratic(int set) { return HWY_DYNAMIC_DISPATCH(find_nodes_quadratic)(set); }
 }  // namespace sim::lanes
 #endif

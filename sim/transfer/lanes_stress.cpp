@@ -67,11 +67,12 @@ void gather_moving_block(const Block& block, const float* tile, const Motions& m
 
 }  // namespace
 
-MovingKernels find_moving(int modes) {
-  switch (modes) {
+MovingKernels find_moving(int set) {
+  switch (set) {
     case 1: return {scatter_stressed_block<Shape<3, 1, false>>, gather_moving_block<Shape<3, 1, false>>};
     case 4: return {scatter_stressed_block<Shape<3, 4, false>>, gather_moving_block<Shape<3, 4, false>>};
     case 8: return {scatter_stressed_block<Shape<3, 8, false>>, gather_moving_block<Shape<3, 8, false>>};
+    case 10: return {scatter_stressed_block<Shape<3, 10, false>>, gather_moving_block<Shape<3, 10, false>>};
     case 27: return {scatter_stressed_block<Shape<3, 27, false>>, gather_moving_block<Shape<3, 27, false>>};
   }
   return {};
@@ -83,6 +84,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace sim::lanes {
 HWY_EXPORT(find_moving);
-MovingKernels nodes_quadratic_of_solids(int modes) { return HWY_DYNAMIC_DISPATCH(find_moving)(modes); }
+MovingKernels nodes_quadratic_of_solids(int set) { return HWY_DYNAMIC_DISPATCH(find_moving)(set); }
 }  // namespace sim::lanes
 #endif

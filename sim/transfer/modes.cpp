@@ -50,6 +50,14 @@ std::vector<ModeIndex<D>> mode_set(Transfer transfer, Kernel kernel, const base:
   return modes;
 }
 
+int fast_set(const std::vector<ModeIndex<3>>& modes) {
+  for (const Transfer transfer : {Transfer::pic, Transfer::apic})
+    if (modes == mode_set<3>(transfer, Kernel::quadratic, {})) return int(modes.size());
+  for (const char* const name : {"multilinear", "quadratic", ""})
+    if (modes == mode_set<3>(Transfer::polypic, Kernel::quadratic, {0, name})) return int(modes.size());
+  return 0;
+}
+
 template std::vector<ModeIndex<2>> ordered_modes<2>(int);
 template std::vector<ModeIndex<3>> ordered_modes<3>(int);
 template std::vector<ModeIndex<2>> mode_set<2>(Transfer, Kernel, const base::CountOrName&);

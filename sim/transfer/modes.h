@@ -29,4 +29,7 @@ std::vector<ModeIndex<D>> ordered_modes(int degree);
 template <int D>
 std::vector<ModeIndex<D>> mode_set(Transfer, Kernel, const base::CountOrName& wanted);
 
+/// How many modes a set has for which there are fast transfers (lanes.h): those of PIC, APIC, PolyPIC's multilinear, quadratic and full ones; else 0.
+int fast_set(const std::vector<ModeIndex<3>>&);
+
 }  // namespace sim

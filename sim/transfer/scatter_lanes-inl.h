@@ -96,11 +96,12 @@ class StagedRows {
 };
 
 /// The numbers of products among a particle's coefficients.
+template <int count>
 constexpr auto kNumber = [] {
   struct {
     int of[3][3][3];
   } number{};
-  for (int r = 0; r < 27; ++r) number.of[kSupplementOrder3[r][0]][kSupplementOrder3[r][1]][kSupplementOrder3[r][2]] = r;
+  for (int r = 0; r < count; ++r) number.of[kModes<count>[r][0]][kModes<count>[r][1]][kModes<count>[r][2]] = r;
   return number;
 }();
 
@@ -181,10 +182,10 @@ class SumsOnNodes {
 #pragma GCC unroll 3
         for (int b = 0; b < S::modes; ++b) {
           if (!keeps<S::count>(a, b, 0)) continue;
-          sum[a][b] = coefficients(c, kNumber.of[a][b][0]) * z[0];
+          sum[a][b] = coefficients(c, kNumber<S::count>.of[a][b][0]) * z[0];
 #pragma GCC unroll 3
           for (int m = 1; m < S::modes; ++m)
-            if (keeps<S::count>(a, b, m)) sum[a][b] = fused(coefficients(c, kNumber.of[a][b][m]), z[m], sum[a][b]);
+            if (keeps<S::count>(a, b, m)) sum[a][b] = fused(coefficients(c, kNumber<S::count>.of[a][b][m]), z[m], sum[a][b]);
         }
       if constexpr (stressed) {
         const P first = P::same_lines(stress), last = P::same_lines(stress + 2);   // xx xy xz yy, xz yy yz zz
@@ -228,12 +229,12 @@ class SumsOnFaces {
     const float* const x = rows.template row<l, 0>(0, at);
 #pragma GCC unroll 3
     for (int a = 0; a < S::modes; ++a) {
-      P sum = P::all(c[3 * kNumber.of[a][0][0] + l]) * product[0][0];
+      P sum = P::all(c[3 * kNumber<S::count>.of[a][0][0] + l]) * product[0][0];
 #pragma GCC unroll 3
       for (int b = 0; b < S::modes; ++b)
 #pragma GCC unroll 3
         for (int m = 0; m < S::modes; ++m)
-          if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[3 * kNumber.of[a][b][m] + l]), product[b][m], sum);
+          if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[3 * kNumber<S::count>.of[a][b][m] + l]), product[b][m], sum);
       add_along_x(x + a * Staged::kNext, sum, momentum_);
     }
     add_along_x(x, product[0][0], mass_);

@@ -1,0 +1,17 @@
+#define HWY_TARGET_INCLUDE "sim/transfer/lanes_nodes_bent.cpp"
+#include <hwy/foreach_target.h>   // includes this file once for every instruction set
+
+#include "sim/transfer/kernels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sim::lanes::HWY_NAMESPACE {
+Kernels find_nodes_bent(int set) { return find<3, false, 10, 27>(set); }
+}  // namespace sim::lanes::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sim::lanes {
+HWY_EXPORT(find_nodes_bent);
+Kernels nodes_bent(int set) { return HWY_DYNAMIC_DISPATCH(find_nodes_bent)(set); }
+}  // namespace sim::lanes
+#endif
