@@ -44,21 +44,38 @@ bool is_multiple(const Extents& size, double cell) {
   return std::all_of(size.begin(), size.end(), [&](double length) { return is_multiple(length, cell); });
 }
 
-/// The cell size nearest to `cell` that divides the domain in every axis; 0 when none is near.
-double nearest_cell(const Extents& size, double cell) {
-  constexpr std::int64_t kFarthest = 1000000;   // cells along the longest edge, tried from the wanted number on
+std::int64_t cells_along(const Extents& size, double cell) {
+  return std::max<std::int64_t>(1, std::llround(*std::max_element(size.begin(), size.end()) / cell));
+}
+
+/// The cell size nearest to `cell` that divides the domain in every axis and makes `fewest` to `most` cells along its longest edge; 0 when there is
+/// none.
+double nearest_cell(const Extents& size, double cell, std::int64_t fewest, std::int64_t most) {
   const double longest = *std::max_element(size.begin(), size.end());
-  const auto wanted = std::max<std::int64_t>(1, std::llround(longest / cell));
-  for (std::int64_t away = 0; away <= std::min(wanted + 8, kFarthest); ++away) {
+  const std::int64_t wanted = cells_along(size, cell);
+  for (std::int64_t away = 0; away <= std::max(wanted - fewest, most - wanted); ++away) {
     double best = 0;
     for (const std::int64_t n : {wanted + away, wanted - away}) {
-      if (2 * n < wanted || n < 1 || !is_multiple(size, longest / double(n))) continue;
+      if (n < fewest || n > most || !is_multiple(size, longest / double(n))) continue;
       const double candidate = longest / double(n);
       if (best == 0 || std::abs(candidate - cell) < std::abs(best - cell)) best = candidate;
     }
     if (best > 0) return best;
   }
   return 0;
+}
+
+/// What cells there could be, for a domain that is no multiple of the one given.
+std::string other_cells(const Extents& size, double cell) {
+  constexpr std::int64_t kFarthest = 100000;   // cells along the longest edge
+  const std::int64_t wanted = cells_along(size, cell);
+  const double near = nearest_cell(size, cell, (wanted + 1) / 2, 2 * wanted + 8);
+  if (near > 0) return fmt::format("; the nearest is {} m", near);
+  const std::string none = fmt::format(", and no cell near it divides {} edges", size.size() == 2 ? "both" : "all three");
+  const double far = nearest_cell(size, cell, 1, kFarthest);
+  double cells = 1;
+  for (const double length : size) cells *= length / far;
+  return far > 0 && cells <= kMostCells ? none + fmt::format("; {} m does", far) : none;
 }
 
 void check_domain(const Options& o, base::Params& p) {
@@ -73,12 +90,7 @@ void check_domain(const Options& o, base::Params& p) {
   p.require(cells <= kMostCells, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
   p.require(cells > kMostCells || fits, "cell",
             fmt::format("makes {:.3g} cells along an edge; at most {:.3g} are possible", most, kMostCellsOfAnEdge));
-  if (fits && !is_multiple(size, o.cell)) {
-    const double near = nearest_cell(size, o.cell);
-    const std::string other = near > 0 ? fmt::format("; the nearest is {} m", near)
-                                       : fmt::format(", and no cell near it divides all {} edges", o.dimension == 2 ? "two" : "three");
-    p.require(false, "cell", "the domain is no multiple of it" + other);
-  }
+  if (fits && !is_multiple(size, o.cell)) p.require(false, "cell", "the domain is no multiple of it" + other_cells(size, o.cell));
 }
 
 void check_boundary(const Options& o, base::Params& p) {

@@ -185,12 +185,14 @@ TEST_F(PlanCommand, RefusesWhatCannotFitBeforeItStarts) {
     EXPECT_EQ(outcome.exit, 2) << command;
     EXPECT_EQ(outcome.complaints(), 1) << outcome.err;
     EXPECT_TRUE(has(outcome.err,
-                    "^polypic: x\\.toml: sim\\.cell = 0\\.0005 m: needs [0-9]+ GB of memory, and there are [0-9.]+ GB \\([0-9.]+ m would fit\\)\n$"))
+                    "^polypic: --set sim.cell=0.0005: sim\\.cell = 0\\.0005 m: needs [0-9]+ GB of memory, and there are [0-9.]+ GB "
+                    "\\([0-9.]+ m would fit\\)\n$"))
         << outcome.err;
   }
   const Outcome wide = run({"run", "x.toml", "--set", "render.width=16384", "--set", "render.height=16384", "--frames", "1-900000"});
   EXPECT_EQ(wide.exit, 2);
-  EXPECT_TRUE(has(wide.err, "^polypic: x\\.toml: render\\.width = 16384 pixels: needs [0-9]+ [GT]B of (memory|disk), and there are ")) << wide.err;
+  EXPECT_TRUE(has(wide.err, "^polypic: --set render.width=16384: render.width = 16384 pixels: needs [0-9]+ [GT]B of (memory|disk), and there are "))
+      << wide.err;
   EXPECT_EQ(files(), std::vector<std::string>{"x.toml"});
   // What it says would fit is not refused by what is known for certain.
   const Json error = Json::parse(run({"plan", "x.toml", "--set", "sim.cell=0.0005", "--json"}).out)["error"];

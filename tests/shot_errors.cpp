@@ -239,6 +239,13 @@ TEST_F(BadShot, NamesTheSetThatSpoiltIt) {
             "--set body.column.material.density=900: body.column.material = \"water\": must be a table before its keys can be set");
 }
 
+TEST_F(BadShot, IsToldOfACellFarFromItsOwnWhereNoNearOneDividesTheDomain) {
+  EXPECT_EQ(line(kLeast, {"sim.domain=[[0,0,0],[1,1,0.617]]", "sim.cell=0.03"}),
+            "--set sim.cell=0.03: sim.cell = 0.03 m: the domain is no multiple of it, and no cell near it divides all three edges; 0.001 m does");
+  const std::string flat = line("[sim]\ndimension = 2\ndomain = [[0, 0], [10, 0.7]]\ncell = 1\n[[body]]\nshape = { box = [[0, 0], [1, 1]] }\n");
+  EXPECT_EQ(flat, "x.toml:4:8: sim.cell = 1 m: the domain is no multiple of it, and no cell near it divides both edges; 0.1 m does");
+}
+
 TEST_F(BadShot, NamesTheQualityOptionThatIsNoRung) {
   EXPECT_EQ(line(kLeast, {}, "drft"),
             "--quality drft: shot.quality = \"drft\": must be \"draft\", \"normal\", \"high\" or \"extreme\" (did you mean \"draft\"?)");
@@ -257,8 +264,8 @@ TEST_F(BadShot, ThatIsMissingOrTooLargeIsNotRead) {
 
 TEST_F(BadShot, WithoutItsMeshIsToldAtTheKeyThatNamesIt) {
   const std::string none = (folder / "none.obj").string() + ": No such file or directory";
-  EXPECT_EQ(line("[[body]]\nname = \"hero\"\nshape = { mesh = { file = \"none.obj\" } }\n"), "x.toml:3:9: body.hero.shape.mesh.file: " + none);
-  EXPECT_EQ(line(kLeast + "[[set]]\nname = \"room\"\nmesh = { file = \"none.obj\" }\n"), "x.toml:6:8: set.room.mesh.file: " + none);
+  EXPECT_EQ(line("[[body]]\nname = \"hero\"\nshape = { mesh = { file = \"none.obj\" } }\n"), "x.toml:3:27: body.hero.shape.mesh.file: " + none);
+  EXPECT_EQ(line(kLeast + "[[set]]\nname = \"room\"\nmesh = { file = \"none.obj\" }\n"), "x.toml:6:17: set.room.mesh.file: " + none);
 }
 
 TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {

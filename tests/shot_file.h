@@ -17,6 +17,7 @@ class ShotFile : public testing::Test {
   app::Shot read(const std::string& text, const std::vector<std::string>& sets = {}, std::optional<std::string> quality = {}) const {
     std::ofstream(folder / "x.toml") << text;
     std::ofstream(folder / "piece.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";   // that a shot may name
+    std::ofstream(folder / "sky.png", std::ios::app);   // there, whatever it holds
     return app::read_shot(folder / "x.toml", {.quality = std::move(quality), .sets = sets});
   }
 

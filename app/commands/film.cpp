@@ -20,8 +20,7 @@ namespace {
 std::vector<Stage> stages_of(const Request& request, const Shot& shot) {
   const bool is_flat = shot.scene.options.dimension == 2;
   if (request.command == "surface" && is_flat)
-    throw base::Error({.file = shot.file.string(), .key = "sim.dimension", .value = "2", .hint = "polypic render draws the points",
-                       .message = "has no surface"});
+    throw error_about(shot, {.key = "sim.dimension", .value = "2", .hint = "polypic render draws the points", .message = "has no surface"});
   if (request.command == "simulate") return {Stage::simulate};
   if (request.command == "surface") return {Stage::surface};
   if (request.command == "render" && request.preview) return {Stage::preview};

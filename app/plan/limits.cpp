@@ -39,6 +39,11 @@ double available() {
   return kNoLimit;
 }
 
+double limit_of(__rlimit_resource kind) {
+  rlimit limit{};
+  return ::getrlimit(kind, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY ? double(limit.rlim_cur) : kNoLimit;
+}
+
 double channels(const Shot& shot) { return shot.scene.options.dimension == 2 ? 4 : 15; }
 double pixels(const Shot& shot) { return shot.has_pictures ? double(shot.render.options.width * shot.render.options.height) : 0; }
 
@@ -58,7 +63,7 @@ std::string key_of_disk(const Prediction& p) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g m", shot.scene.options.cell);
   const std::string value = cell ? text : std::to_string(shot.render.options.width) + " pixels";
-  throw base::Error({.file = shot.file.string(), .key = key, .value = value, .hint = hint, .message = what});
+  throw error_about(shot, {.key = key, .value = value, .hint = hint, .message = what});
 }
 
 std::string lack_text(double needed, double there, const std::string& what) {
@@ -89,10 +94,7 @@ std::string bytes_text(double bytes) {
 
 double free_memory() {
   double bytes = std::min(available(), number_in("/sys/fs/cgroup/memory.max") - std::min(number_in("/sys/fs/cgroup/memory.current"), 1e18));
-  for (const auto kind : {RLIMIT_AS, RLIMIT_DATA}) {
-    rlimit limit{};
-    if (::getrlimit(kind, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) bytes = std::min(bytes, double(limit.rlim_cur));
-  }
+  for (const auto kind : {RLIMIT_AS, RLIMIT_DATA}) bytes = std::min(bytes, limit_of(kind));
   return bytes;
 }
 
@@ -132,7 +134,8 @@ void require_room(const Shot& shot, const Prediction& p, double memory, double d
 
 void refuse_for_memory(const Shot& shot, const std::string& what) {
   const std::string key = key_of_memory(shot);
-  refuse(shot, key, what,
+  const double limit = limit_of(RLIMIT_AS);
+  refuse(shot, key, what + (limit < kNoLimit ? ", with " + bytes_text(limit) + " of address space allowed (ulimit -v)" : ""),
          "what is finished is kept: with more memory the same command goes on; " +
              std::string(key == "sim.cell" ? "larger cells" : "smaller pictures") + " need less");
 }

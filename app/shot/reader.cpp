@@ -162,7 +162,8 @@ void Reader::require(bool holds, std::string_view key, const std::string& messag
   if (!path.empty()) path.pop_back();
   const bool is_value = value && !value->is_table() && (value->kind != Node::Kind::array || (!value->items.empty() && !value->is_list()));
   base::Complaint complaint{.key = path, .value = is_value ? with_unit(*value, declared_unit(path)) : "", .message = message};
-  wrong_.push_back({true, place->origin.under, complaint_at(place->origin, std::move(complaint))});
+  const Origin origin = node ? place_of(*node) : place->origin;
+  wrong_.push_back({true, origin.under, complaint_at(origin, std::move(complaint))});
 }
 
 void Reader::throw_if_wrong() const {

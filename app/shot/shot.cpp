@@ -24,9 +24,7 @@ constexpr std::array<std::string_view, 2> kUpNames{"y", "z"};
 /// A shot and what was read to get it.
 struct Reading {
   Shot shot;
-  Node given, complete;
-  std::vector<Origin> shapes;   // where those of the bodies are written
-  std::vector<Origin> pieces;   // the meshes of the sets
+  Node written, given, complete;
 };
 
 Reading read_merged(const Node& root, const std::string& file) {
@@ -56,14 +54,12 @@ void check_other_rungs(const Layers& layers) {
 
 Reading read_text(std::string_view text, const std::string& file, const Overrides& overrides) {
   const Layers layers = make_layers(parse_toml(text, file), file, overrides.quality, overrides.sets);
-  const Node root = merged(layers);
+  Node root = merged(layers);
   Reading reading = read_merged(root, file);
   reading.shot.has_pictures = root.find("render") != nullptr;
   if (reading.shot.has_pictures) reading.given.at("render");   // also where none of its keys is given
-  for (const Node& body : root.find("body")->items) reading.shapes.push_back(body.find("shape")->origin);   // both are there: it was read
-  if (const Node* sets = root.find("set"))
-    for (const Node& set : sets->items) reading.pieces.push_back(set.find("mesh")->origin);
   check_other_rungs(layers);
+  reading.written = std::move(root);
   return reading;
 }
 
@@ -97,6 +93,7 @@ Shot make_shot(Reading reading, const std::filesystem::path& file, const std::fi
   shot.folder = folder;
   shot.resolved = shot_text(reading.given);
   shot.values = flat(reading.complete);
+  shot.written = std::move(reading.written);
   shot.render.folder = folder;
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = look_of(shot.scene.bodies.front());
@@ -152,11 +149,11 @@ std::vector<std::string> entry_names(const std::vector<Entry>& entries) {
 
 /// What is wrong with a file, said where the shot names it.
 template <class Read>
-void at_its_key(const Origin& origin, const std::string& key, const Read& read) {
+void at_its_key(const Shot& shot, const std::string& key, const Read& read) {
   try {
     read();
   } catch (const base::Error& e) {
-    throw base::Error(complaint_at(origin, {.code = e.complaint().code, .key = key, .message = e.what()}));
+    throw error_about(shot, {.code = e.complaint().code, .key = key, .message = e.what()});
   }
 }
 
@@ -282,19 +279,23 @@ Shot read_shot_alone(const std::filesystem::path& file, const Overrides& overrid
   return make_shot(read_text(text, file.string(), overrides), file, folder_of(file, text));
 }
 
+base::Error error_about(const Shot& shot, base::Complaint complaint) {
+  const Node* const value = find_value(shot.written, complaint.key);
+  return base::Error(complaint_at(value ? place_of(*value) : Origin{.file = shot.file.string(), .under = {}}, std::move(complaint)));
+}
+
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
-  const std::string text = base::read_file(file, kLargestShot);
-  Reading reading = read_text(text, file.string(), overrides);
-  const std::vector<Origin> shapes = std::move(reading.shapes), pieces = std::move(reading.pieces);
-  Shot shot = make_shot(std::move(reading), file, folder_of(file, text));
+  Shot shot = read_shot_alone(file, overrides);
   const std::vector<std::string> bodies = entry_names(shot.scene.bodies), sets = entry_names(shot.render.sets);
   for (std::size_t i = 0; i < bodies.size(); ++i)
     if (auto& mesh = shot.scene.bodies[i].shape.mesh)
-      at_its_key(shapes.at(i), "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
+      at_its_key(shot, "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
   for (std::size_t i = 0; i < sets.size(); ++i)
-    at_its_key(pieces.at(i), "set." + sets[i] + ".mesh.file", [&] { require_file(shot.render.sets[i].file); });
-  if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene))
-    throw base::Error(complaint_at(shapes.at(empty->body), empty->complaint));
+    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { require_file(shot.render.sets[i].file); });
+  for (std::size_t i = 0; i < shot.render.lights.size(); ++i)
+    if (const render::Light& light = shot.render.lights[i]; light.kind == "environment")
+      at_its_key(shot, "light." + std::to_string(i + 1) + ".file", [&] { require_file(shot.folder / light.file); });
+  if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene)) throw error_about(shot, empty->complaint);
   return shot;
 }
 

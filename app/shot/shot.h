@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/shot/tree.h"
 #include "render/render.h"
 #include "sim/scene.h"
 #include "surface/surface.h"
@@ -29,8 +30,12 @@ struct Shot {
   std::string resolved;
   /// Every key with its value as TOML, defaults included: "body.column.velocity". An optional that is unset is absent.
   std::vector<std::pair<std::string, std::string>> values;
+  Node written;   // what `resolved` is the text of, each value with the place it came from
   void params(base::Params&);
 };
+
+/// An error about a key of the shot, where its value was given: file, line and column, or --set KEY=VALUE; of a default the file alone.
+base::Error error_about(const Shot&, base::Complaint);
 
 /// "PolyPIC full linear reflection", "APIC quadratic": for captions.
 std::string transfer_text(const sim::Options&);

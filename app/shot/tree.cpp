@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 #include "base/text.h"
 
@@ -156,6 +157,19 @@ std::vector<std::pair<std::string, std::string>> flat(const Node& root) {
   std::vector<std::pair<std::string, std::string>> out;
   flatten(out, "", root);
   return out;
+}
+
+Origin place_of(const Node& value) {
+  for (const Node& item : value.items)
+    if (Origin place = place_of(item); place.file.starts_with("--set ")) return place;
+  return value.origin;
+}
+
+const Node* find_value(const Node& root, const std::string& key) {
+  const Node* node = &root;
+  std::istringstream parts(key);
+  for (std::string part; node && std::getline(parts, part, '.');) node = node->is_list() ? find_entry(*node, part) : node->find(part);
+  return node;
 }
 
 base::Complaint complaint_at(const Origin& origin, base::Complaint complaint) {

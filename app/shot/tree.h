@@ -59,6 +59,11 @@ std::string shot_text(const Node& root);
 /// Every key with the text of its value, in order: "body.column.shape.box".
 std::vector<std::pair<std::string, std::string>> flat(const Node& root);
 
+/// Where a value is from: of a table or an array the --set that changed a part of it, where there is one.
+Origin place_of(const Node& value);
+/// The value that a dotted key means ("body.column.shape"), or nullptr.
+const Node* find_value(const Node& root, const std::string& key);
+
 /// An error at the place of `origin`, which fills in file, line and column and puts `under` before the key.
 base::Complaint complaint_at(const Origin& origin, base::Complaint);
 
