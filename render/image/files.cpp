@@ -34,13 +34,19 @@ void check_finite(const Image& image, const std::filesystem::path& path) {
   }
 }
 
+/// Of a file in memory: the library has a word for all but a lack of that.
+[[noreturn]] void fail_to_encode(const std::filesystem::path& path, const std::string& reason) {
+  if (reason.empty()) throw std::bad_alloc();
+  base::throw_io(path.string(), reason);
+}
+
 /// `pixels` as `spec` says, as a file of the kind that the path names. In memory: the library takes no notice of a disk that is full when the last
 /// of a file goes out.
 std::string encoded(const std::filesystem::path& path, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) {
   OIIO::Filesystem::IOVecOutput file;
   const auto out = OIIO::ImageOutput::create(path.string(), &file);
-  if (!out) base::throw_io(path.string(), OIIO::geterror());
-  if (!out->open(path.string(), spec) || !out->write_image(type, pixels) || !out->close()) base::throw_io(path.string(), out->geterror());
+  if (!out) fail_to_encode(path, OIIO::geterror());
+  if (!out->open(path.string(), spec) || !out->write_image(type, pixels) || !out->close()) fail_to_encode(path, out->geterror());
   const std::vector<unsigned char>& bytes = file.buffer();
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }

@@ -5,11 +5,14 @@
 #include <GL/osmesa.h>
 // after osmesa.h, which brings gl.h
 #include <GL/glext.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <string>
+#include <thread>
 #include <type_traits>
 
 #include "base/error.h"
@@ -95,7 +98,25 @@ struct ContextDeleter {
 };
 using Context = std::unique_ptr<std::remove_pointer_t<OSMesaContext>, ContextDeleter>;
 
+/// Throws std::bad_alloc where the process can get no `bytes` more of address space.
+void require_address_space(std::size_t bytes) {
+  void* const place = ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (place == MAP_FAILED) throw std::bad_alloc();
+  ::munmap(place, bytes);
+}
+
+/// The driver's compiler and threads end the program where they get no memory: what they need is asked for before. Measured with two cores, once
+/// 320 MB with its threads, of which there are as many as cores up to 32, and for a picture some 64 MB and 8 bytes a pixel.
+void require_memory(int width, int height) {
+  constexpr std::size_t kMegabyte = 1000 * 1000, kPixel = 10;
+  const std::size_t picture = 64 * kMegabyte + kPixel * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const std::size_t threads = std::min<std::size_t>(32, std::thread::hardware_concurrency()), driver = 180 * kMegabyte + 80 * kMegabyte * threads;
+  static const bool driver_has_room = (require_address_space(driver + picture), true);   // it stays: later pictures find it there
+  if (driver_has_room) require_address_space(picture);
+}
+
 Context make_current(std::vector<std::uint8_t>& pixels, int width, int height) {
+  require_memory(width, height);
   constexpr int kWanted[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
                              OSMESA_CONTEXT_MAJOR_VERSION, 4, OSMESA_CONTEXT_MINOR_VERSION, 5, 0};
   Context context(OSMesaCreateContextAttribs(kWanted, nullptr));
