@@ -66,7 +66,7 @@ TEST_F(Strange, APipeInPlaceOfAFileIsMadeAgain) {
   fs::remove(folder / "out/x/checkpoint/state.0002.h5");
   ASSERT_EQ(::mkfifo((folder / "out/x/checkpoint/state.0002.h5").c_str(), 0600), 0);
   expect_line(shell("$P simulate x.toml --frames 3"), 0,
-              "out/x/checkpoint/state.0002.h5: is not a file; kept as state.0002.h5.bad, the one before is taken");
+              "out/x/checkpoint/state.0002.h5: is not a file; kept as state.0002.h5.bad, there is none before it: computed again from frame 1");
 }
 
 TEST_F(Strange, ADirectoryInPlaceOfAFileIsADiskErrorThatNamesIt) {
@@ -149,9 +149,12 @@ TEST_F(Strange, TheReportOfAStudyIsNotReplacedByThatOfARun) {
     fs::create_directory(folder / "study");
     write("study/" + made, "{}");
     write("study/report.html", "mine");
-    expect_line(run({"run", "x.toml", "--out", "study"}), 2,
-                "study: holds " + made + ", whose report.html the run's would replace (another --out leaves it)");
+    const std::string line = "study: holds " + made + ", whose report.html the run's would replace (another --out or --no-report leaves it)";
+    expect_line(run({"run", "x.toml", "--out", "study"}), 2, line);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder / "study"), {}), 2);
+    run_well({"simulate", "x.toml", "--out", "study", "--frames", "1", "--no-report"});
+    expect_line(run({"simulate", "x.toml", "--out", "study", "--frames", "1"}), 2, line);   // now that a run is there, too
+    EXPECT_EQ(text_of(folder / "study/report.html"), "mine");
     fs::remove_all(folder / "study");
   }
 }
@@ -279,14 +282,44 @@ TEST_F(Strange, DocumentsAreReadWithBoundedMemory) {
 // The image alone takes more than there is; what was made before stays, and the run says where it ended.
 TEST_F(Strange, WhatRunsOutOfMemoryNamesStageFrameAndKeyAndRunJsonSaysSo) {
   run_well({"run", "x.toml"});
-  const std::string line = "x.toml: render.width = 12000 pixels: out of memory in render of frame 1 (what is finished is kept: with more memory the "
-                           "same command goes on; smaller pictures need less)";
+  const std::string line = "--set render.width=12000: render.width = 12000 pixels: out of memory in render of frame 1, with 4.1 GB of "
+                           "address space allowed (ulimit -v) (what is finished is kept: with more memory the same command goes on; "
+                           "smaller pictures need less)";
   expect_line(shell("ulimit -v 4000000; $P render x.toml --set render.width=12000 --set render.height=8000"), 2, line);
   EXPECT_EQ(run_json().at("stopped"), (Json{{"code", 2}, {"message", line}, {"stage", "render"}, {"frame", 1}}));
   EXPECT_EQ(run_json().at("frames").size(), 2u);
   expect_no_dot_files();
   run_well({"run", "x.toml"});
   EXPECT_FALSE(run_json().contains("stopped"));
+}
+
+// From less than the libraries need before main, which no code of the program's could tell of, to what every pass has enough of.
+TEST_F(Strange, AnyLimitOfAddressSpaceGetsOneLine) {
+  for (const int megabytes : {700, 950, 1150, 1600}) {
+    const std::string limit = std::to_string(1000 * megabytes);
+    const Outcome outcome = shell("ulimit -v " + limit + "; $P run x.toml --preview --frames 1 --out o" + limit);
+    EXPECT_TRUE(outcome.exit == 0 || outcome.exit == 2) << megabytes << " MB: exit " << outcome.exit << ", " << outcome.err;
+    EXPECT_EQ(outcome.complaints(), outcome.exit == 0 ? 0 : 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(outcome.exit == 0 ? "" : "out of memory"), std::string::npos) << outcome.err;
+  }
+  const Outcome json = shell("ulimit -v 750000; $P list --json");
+  EXPECT_EQ(json.exit, 2) << json.err;
+  EXPECT_EQ("polypic: " + Json::parse(json.out).at("error").at("message").get<std::string>() + "\n", json.err);
+}
+
+TEST_F(Strange, ARunThatFailsBeforeItsFirstFrameSaysSoInRunJson) {
+  run_well({"simulate", "x.toml"});
+  fs::remove(folder / "out/x/points/points.0002.vdb");
+  const std::string line = "out/x/points/points.0002.vdb: no such file; run simulate first";
+  expect_line(run({"surface", "x.toml"}), 2, line);
+  EXPECT_EQ(run_json().at("stopped"), (Json{{"code", 2}, {"message", line}, {"stage", "surface"}, {"frame", 1}}));
+  EXPECT_EQ(run_json().at("frames").size(), 1u);
+  const Outcome large = shell("ulimit -v 1000000; $P simulate x.toml --set sim.cell=0.003 --out large");   // 4.3 million particles, 740 MB
+  EXPECT_EQ(large.exit, 2) << large.err;
+  const Json stopped = run_json("large").at("stopped");
+  EXPECT_EQ("polypic: " + stopped.at("message").get<std::string>() + "\n", large.err);
+  EXPECT_EQ(stopped.at("stage"), "simulate");
+  EXPECT_EQ(stopped.at("frame"), 1);
 }
 
 TEST_F(Strange, WithoutFfmpegAllButTheMovieIsThereAndTheLineSaysHowToMakeIt) {

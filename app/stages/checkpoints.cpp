@@ -34,16 +34,17 @@ void Checkpoints::prune() const {
 void Checkpoints::restore(sim::Watch& watch, std::int64_t above, std::int64_t below) const {
   std::vector<std::int64_t> frames = folder_.checkpoints();
   std::reverse(frames.begin(), frames.end());
+  std::erase_if(frames, [&](std::int64_t frame) { return frame >= below || frame <= above; });
   for (const std::int64_t frame : frames) {
-    if (frame >= below) continue;
-    if (frame <= above) break;
     try {
       restore_one(watch, frame);
       progress_.line("from   " + folder_.checkpoint(frame).lexically_relative(folder_.root()).string());
       return;
     } catch (const base::Error& e) {
       if (e.complaint().code == base::Exit::io) throw;
-      put_aside(frame, e.complaint().message);
+      const std::string from = std::to_string(std::max<std::int64_t>(1, above));
+      put_aside(frame, e.complaint().message,
+                frame == frames.back() ? "there is none before it: computed again from frame " + from : "the one before is taken");
     }
   }
 }
@@ -70,14 +71,14 @@ bool Checkpoints::has(std::int64_t frame) const {
 }
 
 // Nothing is overwritten: state.0010.h5.bad, state.0010.h5.bad2 ...
-void Checkpoints::put_aside(std::int64_t frame, const std::string& why) const {
+void Checkpoints::put_aside(std::int64_t frame, const std::string& why, const std::string& next) const {
   const fs::path file = folder_.checkpoint(frame);
   fs::path aside = file.string() + ".bad";
   std::error_code failure;
   for (int i = 2; fs::exists(fs::symlink_status(aside, failure)); ++i) aside = file.string() + ".bad" + std::to_string(i);
   fs::rename(file, aside, failure);
   if (failure) base::throw_io(file.string(), failure.message());
-  progress_.warn(file.string() + ": " + why + "; kept as " + aside.filename().string() + ", the one before is taken");
+  progress_.warn(file.string() + ": " + why + "; kept as " + aside.filename().string() + ", " + next);
 }
 
 }  // namespace app

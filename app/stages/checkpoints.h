@@ -27,7 +27,7 @@ class Checkpoints {
 
  private:
   void restore_one(sim::Watch&, std::int64_t frame) const;
-  void put_aside(std::int64_t frame, const std::string& why) const;
+  void put_aside(std::int64_t frame, const std::string& why, const std::string& next) const;
 
   const Folder& folder_;
   std::string hash_;

@@ -47,15 +47,20 @@ class KeptFrames {
   std::int64_t first_ = 0, last_ = 0;
 };
 
+/// What is in hand: a stage and a frame.
+using At = std::pair<Stage, std::int64_t>;
+
 /// The result of `work`; where memory runs out in it, that is told as what it is: a shot too large for this machine.
 template <class Work>
-auto within_memory(const Shot& shot, Stage stage, std::int64_t frame, const Work& work) {
+auto within_memory(const Shot& shot, const std::string& what, const Work& work) {
   try {
     return work();
   } catch (const std::bad_alloc&) {
-    refuse_for_memory(shot, "out of memory in " + std::string(stage_name(stage)) + " of frame " + std::to_string(frame));
+    refuse_for_memory(shot, "out of memory in " + what);
   }
 }
+
+std::string text_of(const At& at) { return std::string(stage_name(at.first)) + " of frame " + std::to_string(at.second); }
 
 /// The stages of a frame, one after another.
 class FrameMaker {
@@ -74,7 +79,7 @@ class FrameMaker {
   }
 
   /// What is in hand, or was when it was stopped.
-  const std::optional<std::pair<Stage, std::int64_t>>& at() const { return at_; }
+  const std::optional<At>& at() const { return at_; }
 
  private:
   /// False when another process makes one of the stages; the rest of the frame stands on it.
@@ -106,8 +111,8 @@ class FrameMaker {
     const char* const label = kLabels[static_cast<std::size_t>(stage)];
     if (spent_.empty()) kept_.tell(progress_);
     progress_.working(frame, m_.range.last, label);
-    at_ = {stage, frame};
-    spent_.emplace_back(label, within_memory(m_.shot, stage, frame, [&] {
+    at_ = At(stage, frame);
+    spent_.emplace_back(label, within_memory(m_.shot, text_of(*at_), [&] {
       return stage == Stage::simulate  ? points_.make(frame)
              : stage == Stage::surface ? pictures_.surface(frame)
              : stage == Stage::render  ? pictures_.render(frame)
@@ -124,7 +129,7 @@ class FrameMaker {
   PictureMaker pictures_;
   KeptFrames kept_;
   base::StageSeconds spent_;
-  std::optional<std::pair<Stage, std::int64_t>> at_;
+  std::optional<At> at_;
 };
 
 // A film of every finished picture.
@@ -144,8 +149,18 @@ nlohmann::ordered_json write_run(const Making& m, base::Progress& progress, cons
   nlohmann::ordered_json run = run_document(m.folder, m.shot, m.order.threads);
   if (!stopped.empty()) run["stopped"] = stopped;
   base::write_text_atomically(m.folder.run(), document_text(run));
-  if (m.order.report) write_run_report(m.folder, m.shot, run, m.order.command, progress);
+  if (m.order.report) within_memory(m.shot, "report.html", [&] { write_run_report(m.folder, m.shot, run, m.order.command, progress); });
   return run;
+}
+
+// Why a run was stopped, beside all that is finished.
+void write_stopped(const Making& m, const std::optional<At>& at, int code, const std::string& message, base::Progress& progress) {
+  nlohmann::ordered_json stopped = {{"code", code}, {"message", message}};
+  if (at) stopped["stage"] = stage_name(at->first), stopped["frame"] = at->second;
+  try {
+    write_run(m, progress, stopped);
+  } catch (const std::exception&) {   // a disk or memory that is still full; why the run stopped is what counts
+  }
 }
 
 // The command that goes on where this one ended.
@@ -158,29 +173,21 @@ std::string without_restart(std::string command) {
 // Makes everything; whatever stops it, what is finished is told of in run.json and report.html, and the simulation is saved.
 nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, PointsMaker& points, base::Progress& progress) {
   FrameMaker frames(m, finished, points, progress);
-  const auto write_stopped = [&](int code, const std::string& message) {
-    nlohmann::ordered_json stopped = {{"code", code}, {"message", message}};
-    if (frames.at()) stopped["stage"] = stage_name(frames.at()->first), stopped["frame"] = frames.at()->second;
-    try {
-      write_run(m, progress, stopped);
-    } catch (const std::exception&) {   // a disk or memory that is still full; why the run stopped is what counts
-    }
-  };
   try {
     frames.make_all();
-    make_movies(m, finished);
+    within_memory(m.shot, "the movie", [&] { make_movies(m, finished); });
+    return write_run(m, progress);
   } catch (const Interrupted& e) {
     const fs::path saved = points.save();
-    write_stopped(128 + e.signal(), "interrupted");
+    write_stopped(m, frames.at(), 128 + e.signal(), "interrupted", progress);
     throw Interrupted(e.signal(), saved.string());
   } catch (const base::Error& e) {
     base::Complaint complaint = e.complaint();
     if (complaint.code == base::Exit::package && !m.order.command.empty())
       complaint.hint = "apt-get install ffmpeg, then: " + without_restart(m.order.command);
-    write_stopped(static_cast<int>(complaint.code), base::to_line(complaint));
+    write_stopped(m, frames.at(), static_cast<int>(complaint.code), base::to_line(complaint), progress);
     throw base::Error(std::move(complaint));
   }
-  return write_run(m, progress);
 }
 
 // Where the result of the last stage asked for lies.
@@ -253,6 +260,34 @@ void write_shot(const Making& m, const FolderLock& lock, bool changed) {
   if (lock.alone()) base::write_text_atomically(m.folder.shot(), copy);
 }
 
+/// All that comes before the first frame. What fails in a directory that is this run's alone is told in its run.json; a refusal leaves that as it is.
+std::unique_ptr<PointsMaker> prepare(const Making& m, FolderLock& lock, Finished& finished, base::Progress& progress) {
+  const std::string again = made_again(m);
+  if (!m.order.restart)
+    for (const Stage stage : m.order.stages) finished.look(stage, m.frames());
+  At at(m.order.stages.front(), m.range.first);
+  try {
+    check_upstream(m, finished);
+    const std::vector<std::int64_t> missing = missing_points(m, finished);
+    if (!missing.empty()) at.second = missing.front();
+    if (!missing.empty() && !m.order.restart) check_version(m);
+    auto points = within_memory(m.shot, text_of(at), [&] {
+      return std::make_unique<PointsMaker>(m.shot, m.folder, m.hashes.simulate, missing, progress);
+    });
+    announce(m, again, finished, progress);
+    if (m.order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
+    write_shot(m, lock, !again.empty());
+    if (lock.alone()) lock.let_others_in();
+    return points;
+  } catch (const base::Error& e) {
+    const base::Complaint& complaint = e.complaint();
+    const bool of_others = m.order.restart && m.folder.has_frames();   // which are still there
+    if (lock.alone() && !of_others && complaint.code != base::Exit::resume_refused)
+      write_stopped(m, at, static_cast<int>(complaint.code), base::to_line(complaint), progress);
+    throw;
+  }
+}
+
 }  // namespace
 
 nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Progress& progress) {
@@ -262,24 +297,13 @@ nlohmann::ordered_json make_film(const Shot& shot, const Order& order, base::Pro
   std::error_code none;
   if (!fs::exists(m.folder.root(), none)) check_upstream(m, finished);   // no directory is made for a stage that cannot start
   spare_shots_of_others(m);
-  m.folder.refuse_for_reports_of_studies();
+  if (order.report) m.folder.refuse_for_reports_of_studies();
   FolderLock lock(m.folder);
   const std::optional<Lock> simulating = lock_simulation(m);
   if (order.restart) require_alone(m, lock);
 
-  const std::string again = made_again(m);
-  if (!order.restart)
-    for (const Stage stage : order.stages) finished.look(stage, m.frames());
-  check_upstream(m, finished);
-  const std::vector<std::int64_t> missing = missing_points(m, finished);
-  if (!missing.empty() && !order.restart) check_version(m);
-  PointsMaker points = within_memory(shot, Stage::simulate, 1, [&] { return PointsMaker(shot, m.folder, m.hashes.simulate, missing, progress); });
-  announce(m, again, finished, progress);
-  if (order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
-  write_shot(m, lock, !again.empty());
-  if (lock.alone()) lock.let_others_in();
-
-  nlohmann::ordered_json run = make_and_write(m, finished, points, progress);
+  std::unique_ptr<PointsMaker> points = prepare(m, lock, finished, progress);
+  nlohmann::ordered_json run = make_and_write(m, finished, *points, progress);
   progress.line("done   " + result_of(m).string() + "   " + base::duration_text(watch.seconds()));
   return run;
 }

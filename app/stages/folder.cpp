@@ -109,16 +109,21 @@ bool Folder::has_ledger() const {
 void Folder::refuse_for_other_reports(const fs::path& out) {
   const Folder folder(out);
   std::error_code none;
-  if (folder.has_ledger() || fs::exists(folder.run(), none))
+  if (folder.study().empty() && (folder.has_ledger() || fs::exists(folder.run(), none)))
     base::throw_input("--out " + out.string(), "is the directory of a run, whose report.html would be written over");
 }
 
-void Folder::refuse_for_reports_of_studies() const {
+std::string Folder::study() const {
   std::error_code none;
   for (const char* const made : {"cost.json", "verify.json"})
-    if (!has_ledger() && fs::exists(root_ / made, none))
-      throw base::Error({.file = root_.string(), .hint = "another --out leaves it",
-                         .message = std::string("holds ") + made + ", whose report.html the run's would replace"});
+    if (fs::exists(root_ / made, none)) return made;
+  return {};
+}
+
+void Folder::refuse_for_reports_of_studies() const {
+  if (const std::string made = study(); !made.empty())
+    throw base::Error({.file = root_.string(), .hint = "another --out or --no-report leaves it",
+                       .message = "holds " + made + ", whose report.html the run's would replace"});
 }
 
 std::vector<std::int64_t> Folder::checkpoints() const { return frames_in(root_ / kCheckpoints, kCheckpoint, ".h5"); }

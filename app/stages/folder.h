@@ -42,9 +42,11 @@ class Folder {
   bool has_frames() const;
   /// A run was here, even when none of its frames is left.
   bool has_ledger() const;
-  /// Of a study or of verified cases: throws base::Error (exit 2) where a run was, whose report theirs would replace.
+  /// "cost.json" or "verify.json" where the directory is that of a study or of verified cases; report.html is theirs then. Empty where it is none.
+  std::string study() const;
+  /// Of a study or of verified cases: throws base::Error (exit 2) where report.html is a run's, which theirs would replace.
   static void refuse_for_other_reports(const std::filesystem::path& out);
-  /// The other way round: where a study or verified cases are, and no run.
+  /// The other way round.
   void refuse_for_reports_of_studies() const;
   /// Frames that have a checkpoint, ascending.
   std::vector<std::int64_t> checkpoints() const;
