@@ -114,6 +114,22 @@ TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
   expect_refusal({"run", "x.toml", "--set", "nonsense"}, 2, {"--set nonsense"});
 }
 
+TEST_F(CommandLine, BlamesWhatIsFoundOutLaterOnTheOverrideToo) {
+  write("x.toml", kSmallShot);
+  const auto expect_blame = [&](const std::string& set, const std::string& key) {
+    expect_refusal({"run", "x.toml", "--set", set}, 2, {"polypic: --set " + set + ": " + key});
+  };
+  expect_blame("body.column.shape={mesh={file=\"none.obj\"}}", "body.column.shape.mesh.file: none.obj: No such file or directory\n");
+  expect_blame("body.1.shape.box=[[0,0,0],[0.001,0.001,0.001]]", "body.column.shape: no particle: it is too small");
+  expect_blame("sim.cell=0.0005", "sim.cell = 0.0005 m: needs ");
+  expect_blame("render.width=60000", "render.width");
+}
+
+TEST_F(CommandLine, NamesTheKeyOfAnEnvironmentThatIsMissing) {
+  write("x.toml", std::string(kSmallShot) + "\n[[light]]\nkind = \"environment\"\nfile = \"none.exr\"\n");
+  expect_refusal({"run", "x.toml"}, 2, {"x.toml:28:8: light.1.file: none.exr: No such file or directory\n"});
+}
+
 TEST_F(CommandLine, RefusesAFrameRateThatNoMovieHas) {
   write("x.toml", kSmallShot);
   expect_refusal({"run", "x.toml", "--set", "shot.fps=1e300"}, 2,
@@ -154,6 +170,9 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"run", "x.toml", "y.toml"}, "y.toml: is one word too many for polypic run (see polypic run --help)"},
       {{"simulate", "x.toml", "--preview"}, "--preview: not an option of polypic simulate"},
       {{"list", "--out", "x"}, "--out: not an option of polypic list"},
+      {{"run", "x.toml", "--frame", "3"}, "--frame: not an option of polypic run (did you mean --frames?)"},
+      {{"run", "x.toml", "--qualty=draft"}, "--qualty=draft: not an option of polypic run (did you mean --quality?)"},
+      {{"plan", "x.toml", "--preview"}, "--preview: not an option of polypic plan (see polypic plan --help)"},
       {{"run", "x.toml", "--out"}, "--out: needs one value"},
       {{"run", "x.toml", "--threads", "1", "--threads", "2"}, "--threads: given twice (see polypic run --help)"},
       {{"plan", "x.toml", "--frames", "1-24", "--frames", "3"}, "--frames: given twice"},
@@ -192,6 +211,14 @@ TEST(Options, AreReadInAnyOrder) {
   EXPECT_TRUE(request.restart);
   EXPECT_FALSE(request.out);
   EXPECT_EQ(parse({"simulate", "x.toml", "--frames", "7"}).frames->first, 7);
+}
+
+TEST_F(CommandLine, ExplainsAKeyUnderTheNameOfAnyEntryOrOfNone) {
+  const std::string keys = run({"params", "body.NAME.velocity"}).out;
+  EXPECT_TRUE(keys.starts_with("body.NAME.velocity ")) << keys;
+  for (const std::string topic : {"body.velocity", "body.column.velocity", "body.1.velocity"}) EXPECT_EQ(run({"params", topic}).out, keys) << topic;
+  EXPECT_NE(run({"params", "light.1"}).out.find("light.N.kind"), std::string::npos);
+  expect_refusal({"params", "body.velocty"}, 2, {"body.velocty: no such key, table or problem (did you mean body.velocity?)\n"});
 }
 
 TEST_F(CommandLine, RefusesFilesItCannotRead) {

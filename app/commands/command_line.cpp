@@ -184,11 +184,23 @@ std::string version_text() {
   return "polypic " + std::string(kVersion) + (commit.empty() ? "" : " (" + commit + ")") + "\n";
 }
 
+/// The option that was meant by a word that is none; empty for other words.
+std::string nearest_option(const std::string& word, const CLI::App& command) {
+  if (!word.starts_with("--")) return {};
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  std::erase_if(names, [&](const std::string& name) { return name == word; });
+  return base::nearest_word(word.substr(0, word.find('=')), names);
+}
+
 // CLI11's complaint in our words.
 [[noreturn]] void refuse(const CLI::ParseError& error, const CLI::App& command, const std::string& name) {
   const std::string text = error.what(), hint = "see polypic " + name + " --help";
   if (!command.remaining().empty()) {
     const std::string word = command.remaining().front();
+    if (const std::string meant = nearest_option(word, command); !meant.empty())
+      refuse(word, "not an option of polypic " + name, "did you mean " + meant + "?");
     refuse(word, (word.starts_with('-') ? "not an option of polypic " : "is one word too many for polypic ") + name, hint);
   }
   if (name == "cost" && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) refuse("cost", "needs a shot or a problem", hint);

@@ -10,10 +10,37 @@
 namespace app {
 namespace {
 
+std::vector<std::string> parts_of(const std::string& key) {
+  std::vector<std::string> parts(1);
+  for (const char c : key)
+    if (c == '.') parts.emplace_back();
+    else parts.back() += c;
+  return parts;
+}
+
+/// "body.NAME.velocity" as somebody writes it who has an entry in mind ("body.column.velocity") or none ("body.velocity").
+bool is_below(const std::string& key, const std::string& topic) {
+  const std::vector<std::string> known = parts_of(key), asked = parts_of(topic);
+  if (asked.size() < 2) return false;
+  const auto agrees = [&](bool names_entry) {
+    std::size_t i = 0;
+    for (const std::string& part : known) {
+      const bool is_entry = part == "NAME" || part == "N";
+      if (i == asked.size()) return true;
+      if (is_entry && !names_entry) continue;
+      if (!is_entry && part != asked[i]) return false;
+      ++i;
+    }
+    return i == asked.size();
+  };
+  const bool is_number = asked[1].find_first_not_of("0123456789") == std::string::npos;
+  return agrees(false) || ((asked.size() > 2 || is_number) && agrees(true));
+}
+
 // A topic is a key, a table, or one word of a dotted key: "sim", "body.NAME.velocity", "velocity".
 bool matches(const std::string& key, const std::string& topic) {
   const std::string dotted = "." + key + ".";
-  return dotted.find("." + topic + ".") != std::string::npos;
+  return dotted.find("." + topic + ".") != std::string::npos || is_below(key, topic);
 }
 
 /// The own keys of problems with a known answer, or of the one that is named, and whose they are.
@@ -38,6 +65,8 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
   for (const sim::ProblemRow& problem : sim::problem_rows()) words.emplace_back(problem.name);
   for (const KeyRow& row : rows) {
     words.push_back(row.key);
+    for (const std::string entry : {".NAME.", ".N."})
+      if (const std::size_t at = row.key.find(entry); at != std::string::npos) words.push_back(std::string(row.key).replace(at, entry.size(), "."));
     for (std::size_t start = 0, dot = 0; dot != std::string::npos; start = dot + 1) {
       dot = row.key.find('.', start);
       words.push_back(row.key.substr(start, dot - start));
