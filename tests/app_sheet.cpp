@@ -79,9 +79,20 @@ TEST_F(Sheet, ShowsRunsWithTheirTransferAndTime) {
 
 TEST_F(Sheet, RepeatsNothingThatItsPicturesSay) {
   write("shot.toml", kShot);
-  ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", "wide", "--frames", "1", "--set", "render.width=320"}).exit, 0);
-  const auto told = nlohmann::json::parse(run({"sheet", "wide", "--json"}).out);
-  EXPECT_TRUE(told.at("labels")[0].get<std::string>().starts_with("wide  simulated in ")) << told;
+  for (const std::string width : {"320", "640"})
+    ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", width, "--frames", "1", "--set", "render.width=" + width}).exit, 0);
+  const auto label = [&](const std::string& name) {
+    return nlohmann::json::parse(run({"sheet", name, "--json"}).out).at("labels")[0].get<std::string>();
+  };
+  EXPECT_TRUE(label("640").starts_with("640  simulated in ")) << label("640");
+  EXPECT_TRUE(label("320").starts_with("320  PolyPIC full linear  0.")) << label("320");   // its picture has no room for the transfer
+}
+
+TEST_F(Sheet, NamesRunsWhosePicturesHaveOtherSizes) {
+  write("shot.toml", kShot);
+  ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", "a", "--frames", "1"}).exit, 0);
+  ASSERT_EQ(run({"run", "shot.toml", "--quiet", "--out", "b", "--frames", "1", "--set", "render.height=128"}).exit, 0);
+  expect_refusal({"sheet", "a", "b"}, "b: has 256x128 pixels, but a has 256x192\n");
 }
 
 TEST_F(Sheet, OfPicturesHasTheirNames) {

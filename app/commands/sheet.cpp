@@ -27,8 +27,10 @@ std::optional<std::int64_t> common_frame(const std::vector<Folder>& runs, Stage 
   return frames.empty() ? std::nullopt : std::optional(frames.back());
 }
 
+constexpr std::int64_t kWholeCaption = 560;   // [pixels] narrower previews have no room for the transfer
+
 /// NAME  PolyPIC full linear  frame 12  t = 0.458 s  31.5 s: the last is what simulating took so far. NAME and that, where the picture says the
-/// rest itself.
+/// rest itself, with the transfer where it is too narrow to.
 std::string label_of(const Folder& run, Stage stage, std::int64_t frame) {
   const Shot shot = read_shot_alone(run.shot(), {});
   const bool is_drawn = stage == Stage::preview || shot.scene.options.dimension == 2;
@@ -36,9 +38,13 @@ std::string label_of(const Folder& run, Stage stage, std::int64_t frame) {
   for (const std::int64_t f : run.recorded_frames(Stage::simulate))
     if (const auto record = read_record(run, Stage::simulate, f); record && f <= frame) seconds += record->seconds;
   char text[160];
-  if (is_drawn && render::has_caption(shot.render)) std::snprintf(text, sizeof text, "  simulated in %.1f s", seconds);
+  const render::Options& picture = shot.render.options;
+  const bool is_wide = picture.width / std::max<std::int64_t>(1, picture.height / 500) >= kWholeCaption;
+  const std::string transfer = transfer_text(shot.scene.options);
+  if (is_drawn && render::has_caption(shot.render) && is_wide) std::snprintf(text, sizeof text, "  simulated in %.1f s", seconds);
+  else if (is_drawn && render::has_caption(shot.render)) std::snprintf(text, sizeof text, "  %s  %.1f s", transfer.c_str(), seconds);
   else
-    std::snprintf(text, sizeof text, "  %s  frame %lld  t = %.3f s  %.1f s", transfer_text(shot.scene.options).c_str(),
+    std::snprintf(text, sizeof text, "  %s  frame %lld  t = %.3f s  %.1f s", transfer.c_str(),
                   static_cast<long long>(frame), static_cast<double>(frame - 1) / shot.fps, seconds);
   const fs::path root = run.root().has_filename() ? run.root() : run.root().parent_path();
   return root.filename().string() + text;
@@ -87,6 +93,13 @@ void refuse_to_write_over_what_is_shown(const fs::path& out, const std::vector<s
   refuse_to_write_over(kept, "--out", out, runs.empty() ? "is one of the pictures that are shown" : "is a picture of a run that is shown");
 }
 
+void require_one_size(const std::vector<std::string>& subjects, const std::vector<render::Image>& pictures) {
+  const auto text = [](const render::Image& picture) { return std::to_string(picture.width) + "x" + std::to_string(picture.height); };
+  for (std::size_t i = 1; i < pictures.size(); ++i)
+    if (text(pictures[i]) != text(pictures[0]))
+      base::throw_input(subjects[i], "has " + text(pictures[i]) + " pixels, but " + subjects[0] + " has " + text(pictures[0]));
+}
+
 }  // namespace
 
 void sheet(const Request& request) {
@@ -103,6 +116,7 @@ void sheet(const Request& request) {
     if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
   refuse_to_write_over_what_is_shown(out, request.subjects, runs);
   const Panels panels = runs.empty() ? panels_of_pictures(request.subjects) : panels_of_runs(runs, request.frames);
+  require_one_size(request.subjects, panels.pictures);
   base::Ledger ledger;
   const render::Image image = render::sheet(panels.pictures, panels.labels);
   render::write_png(out, image, {}, /*display_referred=*/true, ledger);
