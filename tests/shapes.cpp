@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "sim/scene.h"
+#include "sim/drawn_shape.h"
 
 namespace {
 
@@ -74,4 +74,21 @@ TEST(TurnedBox, TurnsCounterClockwiseInTheTwoDimensions) {
   EXPECT_GT(shape.distance(Vec3(0.2, 0.1, 0)), 0.5);
   shape.turn_by(30, Vec3::UnitZ());
   EXPECT_LT(shape.distance(Vec3(1 + 0.8 * std::cos(M_PI / 6), 0.1 + 0.8 * std::sin(M_PI / 6), 0)), 0);
+}
+
+// A piston leaves no gap behind it, and what lies on that part of it must not lie on nothing in the picture. One that stood off the wall leaves a gap.
+TEST(MovingBox, IsDrawnBackToTheWallThatItStoodOn) {
+  sim::Options room;
+  room.domain = {Vec3(0, 0, 0), Vec3(2, 1, 1)};
+  sim::Collider piston{.name = "piston", .shape = {}, .velocity = Vec3(0.5, 0, 0)};
+  piston.shape.box = base::Box{Vec3(-0.1, 0, 0), Vec3(0.2, 1, 0.5)};
+  const base::Box start = *sim::drawn_shape_at(0, piston, room).box, later = *sim::drawn_shape_at(1, piston, room).box;
+  EXPECT_EQ(start.lower, Vec3(-0.1, 0, 0));
+  EXPECT_EQ(later.lower, Vec3(0, 0, 0));
+  EXPECT_EQ(later.upper, Vec3(0.7, 1, 0.5));
+  piston.shape.box->lower.x() = 0.01;
+  EXPECT_EQ(sim::drawn_shape_at(1, piston, room).box->lower, Vec3(0.51, 0, 0));
+  piston.shape.box->lower.x() = 0;
+  room.boundary[0] = {sim::Side::periodic, sim::Side::periodic};
+  EXPECT_EQ(sim::drawn_shape_at(1, piston, room).box->lower, Vec3(0.5, 0, 0));
 }

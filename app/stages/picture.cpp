@@ -11,6 +11,7 @@
 #include "app/version.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "sim/drawn_shape.h"
 #include "surface/surface.h"
 
 namespace app {
@@ -67,7 +68,7 @@ bool PictureMaker::colliders_move() const {
 render::Setting PictureMaker::setting_at(std::int64_t frame) const {
   render::Setting setting = shot_.render;
   if (!setting.preview.range) setting.preview.range = preview_range(shot_);
-  for (sim::Collider& c : setting.colliders) c.shape = sim::shape_at(static_cast<double>(frame - 1) / shot_.fps, c, shot_.scene.options);
+  for (sim::Collider& c : setting.colliders) c.shape = sim::drawn_shape_at(static_cast<double>(frame - 1) / shot_.fps, c, shot_.scene.options);
   return setting;
 }
 

@@ -11,6 +11,7 @@
 #include "base/ledger.h"
 #include "base/text.h"
 #include "render/render.h"
+#include "sim/drawn_shape.h"
 
 namespace app {
 namespace {
@@ -37,7 +38,7 @@ fs::path draw(const Verdict& v, const fs::path& folder) {
   setting.dimension = scene.options.dimension;
   for (const sim::Collider& c : scene.colliders) {
     setting.colliders.push_back(c);
-    setting.colliders.back().shape = sim::shape_at(v.found.picture->time, c, scene.options);
+    setting.colliders.back().shape = sim::drawn_shape_at(v.found.picture->time, c, scene.options);
   }
   double fastest = 0;
   for (const base::Vec3f& x : v.found.picture->velocity) fastest = std::max(fastest, double(x.norm()));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/drawn_shape.h"
+
 namespace sim {
 namespace {
 
@@ -38,6 +40,20 @@ void stop_at_wall(Real& velocity, Real outward) {
 }
 
 }  // namespace
+
+Shape drawn_shape_at(double time, const Collider& collider, const Options& o) {
+  Shape drawn = shape_at(time, collider, o);
+  if (!drawn.box) return drawn;
+  Collider whole = collider;
+  whole.shape = continued_through_walls(collider.shape, o);
+  const base::Box met = *shape_at(time, whole, o).box;
+  for (int a = 0; a < o.dimension; ++a) {
+    if (o.periodic(a)) continue;
+    drawn.box->lower[a] = std::min(drawn.box->lower[a], std::max(met.lower[a], o.domain.lower[a]));
+    drawn.box->upper[a] = std::max(drawn.box->upper[a], std::min(met.upper[a], o.domain.upper[a]));
+  }
+  return drawn;
+}
 
 template <int D>
 Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
