@@ -6,6 +6,7 @@
 
 #include "app/plan/predict.h"
 #include "app/stages/stopwatch.h"
+#include "app/study/coarser.h"
 #include "app/study/distance.h"
 #include "app/study/front.h"
 #include "app/study/shot_runs.h"
@@ -13,7 +14,6 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "render/render.h"
-#include "sim/empty_body.h"
 #include "sim/size.h"
 
 namespace app {
@@ -147,43 +147,13 @@ class ShotStudy {
     }
   }
 
-  /// The body that would get no particle in cells of this size [m]; empty where none is lost.
-  std::string lost_body(double cell) const {
-    sim::Scene scene = shot_.scene;
-    scene.options.cell = cell;
-    const auto empty = sim::find_empty_body(scene);
-    if (!empty) return {};
-    const std::string& name = scene.bodies[empty->body].name;
-    return name.empty() ? std::to_string(empty->body + 1) : name;
-  }
-
   void plan_variants() {
     const bool own_cells = std::any_of(order_.vary.begin(), order_.vary.end(), [](const Varied& v) { return v.key == "sim.cell"; });
-    std::vector<std::vector<std::string>> sizes;
-    std::string cells, losing;
-    if (own_cells) sizes = {{}};
-    else
-      for (const double share : {0.25, 0.5})
-        if (std::vector<std::string> sets = coarser(shot_, share); !sets.empty() && std::find(sizes.begin(), sizes.end(), sets) == sizes.end()) {
-          const double cell = std::stod(sets.front().substr(sets.front().find('=') + 1));
-          if (const std::string body = lost_body(cell); !body.empty()) {
-            losing += fmt::format("; not in cells of {:.3g} m, in which body {} has no particle", cell, body);
-            continue;
-          }
-          cells += (cells.empty() ? "" : " and ") + fmt::format("{:.3g}", cell);
-          sizes.push_back(std::move(sets));
-        }
-    if (sizes.empty())
-      throw base::Error({.file = file_.string(),
-                         .key = "sim.cell",
-                         .hint = "--vary sim.cell=... says which to try",
-                         .message = losing.empty() ? "no coarser cell parts the domain" : "no coarser cell holds every body" + losing});
-    const std::string chosen =
-        "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's" + losing;
-    study_.notes.push_back(own_cells ? "cells as varied" : chosen);
+    const Coarser coarser = own_cells ? Coarser{{{}}, "cells as varied"} : coarser_cells(shot_);
+    study_.notes.push_back(coarser.told);
     const std::vector<Sets> ladder = order_.vary.empty() ? scheme_ladder(shot_.scene.options.is_solid()) : combinations(order_.vary);
     std::vector<std::optional<base::Complaint>> complaints;
-    for (const auto& size : sizes)
+    for (const auto& size : coarser.sets)
       for (const Sets& sets : ladder) {
         Trial& t = variants_.emplace_back();
         t.variant.keys = sets;

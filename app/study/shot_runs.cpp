@@ -1,8 +1,6 @@
 #include "app/study/shot_runs.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
@@ -10,8 +8,6 @@
 #include "app/stages/record.h"
 #include "app/study/child.h"
 #include "base/error.h"
-#include "base/text.h"
-#include "sim/size.h"
 
 namespace app {
 namespace {
@@ -98,25 +94,6 @@ std::int64_t disk_bytes(const fs::path& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_regular_file()) bytes += std::int64_t(entry.file_size());
   return bytes;
-}
-
-std::vector<std::string> coarser(const Shot& shot, double share) {
-  const sim::Options& o = shot.scene.options;
-  const std::int64_t common = sim::common_parts(o);
-  std::int64_t fewest = std::numeric_limits<std::int64_t>::max();
-  for (int a = 0; a < o.dimension; ++a) fewest = std::min<std::int64_t>(fewest, std::llround(o.domain.size()[a] / o.cell));
-  std::int64_t best = 0;
-  for (std::int64_t parts = 1; parts < common; ++parts) {
-    if (fewest * parts / common < 4) continue;
-    const auto away = [&](std::int64_t n) { return std::abs(std::log(double(n) / double(common) / share)); };
-    if (best == 0 || away(parts) < away(best)) best = parts;
-  }
-  if (best == 0) return {};
-  const double ratio = double(common) / double(best);
-  std::vector<std::string> sets = {"sim.cell=" + base::to_text(o.cell * ratio)};
-  if (o.dimension == 3 && shot.surface.voxel) sets.push_back("surface.voxel=" + base::to_text(*shot.surface.voxel * ratio));
-  if (o.dimension == 3 && shot.surface.radius) sets.push_back("surface.radius=" + base::to_text(*shot.surface.radius * ratio));
-  return sets;
 }
 
 }  // namespace app

@@ -24,8 +24,4 @@ std::string make_pictures(const ShotRun&, const std::vector<std::int64_t>& frame
 /// Of all its files.
 std::int64_t disk_bytes(const std::filesystem::path& folder);
 
-/// "sim.cell=..." and what else must grow with it, for a cell that is about 1 / `share` of the shot's and parts its domain; empty where there is
-/// none.
-std::vector<std::string> coarser(const Shot&, double share);
-
 }  // namespace app

@@ -109,13 +109,19 @@ int runs_of(const Trial& t, const TrialRuns& order) {
 }
 
 void announce(const std::vector<Trial>& trials, const TrialRuns& order, const KnownRun& known, base::Progress& progress) {
-  double seconds = 0;
-  int runs = 0;
+  double seconds = 0, again = 0;   // where no run is made again; what those would take
+  int runs = 0, more = 0;
   for (const Trial& t : trials)
-    if (const int own = runs_of(t, order); own > 0) runs += own, seconds += own * (known.around + known.seconds * order.size(t) / known.size);
+    if (const int own = runs_of(t, order); own > 0) {
+      const double one = known.around + known.seconds * order.size(t) / known.size;
+      runs += own, seconds += own * one;
+      if (order.repeats > 1 && is_missing(t, order.repeats)) more += order.repeats, again += order.repeats * one;
+    }
   std::string text = fmt::format("{} to make, in about {}", runs, base::duration_text(seconds));
+  if (more > 0) text += fmt::format(", and up to {} again where they disagree, {}", more, base::duration_text(again));
   for (const auto& [what, own] : order.besides) text += fmt::format("; {}, {}", what, base::duration_text(own)), seconds += own;
-  if (!order.besides.empty()) text += fmt::format(": {} in all", base::duration_text(seconds));
+  const std::string most = more > 0 ? " to " + base::duration_text(seconds + again) : "";
+  if (!order.besides.empty()) text += ": " + base::duration_text(seconds) + most + " in all";
   if (runs > 0) progress.line("runs   " + text);
 }
 
