@@ -64,8 +64,11 @@ std::string nearest_word(std::string_view word, std::span<const std::string> can
       nearest = candidate;
     }
   }
-  if (!nearest.empty()) return nearest;
   constexpr std::size_t kShortest = 3;   // of what an abbreviation and the word it is of have in common
+  if (least > 1 && small.size() >= kShortest)   // of two changed letters and a word that goes on, that
+    for (const std::string& candidate : candidates)
+      if (candidate.size() > small.size() && lower(candidate).starts_with(small)) return candidate;
+  if (!nearest.empty()) return nearest;
   std::size_t most = kShortest - 1;
   for (const std::string& candidate : candidates) {
     const std::string other = lower(candidate);

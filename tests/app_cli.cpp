@@ -218,6 +218,7 @@ TEST_F(CommandLine, ExplainsAKeyUnderTheNameOfAnyEntryOrOfNone) {
   EXPECT_TRUE(keys.starts_with("body.NAME.velocity ")) << keys;
   for (const std::string topic : {"body.velocity", "body.column.velocity", "body.1.velocity"}) EXPECT_EQ(run({"params", topic}).out, keys) << topic;
   EXPECT_NE(run({"params", "light.1"}).out.find("light.N.kind"), std::string::npos);
+  EXPECT_TRUE(run({"params", "gravity"}).out.starts_with("effect.N.kind ")) << "the key that it is a choice of";
   expect_refusal({"params", "body.velocty"}, 2, {"body.velocty: no such key, table or problem (did you mean body.velocity?)\n"});
 }
 

@@ -65,6 +65,7 @@ TEST(NearestWord, IsEmptyWhenNothingIsNear) {
   EXPECT_EQ(base::nearest_word("simulation", std::vector<std::string>{"shot", "sim"}), "sim");
   EXPECT_EQ(base::nearest_word("viscosity", words), "");
   EXPECT_EQ(base::nearest_word("dom", words), "domain");
+  EXPECT_EQ(base::nearest_word("camera.pos", std::vector<std::string>{"camera.fov", "camera.position"}), "camera.position");
   EXPECT_EQ(base::nearest_word("ce", words), "");   // two letters begin too many words
   EXPECT_EQ(base::nearest_word("x", std::vector<std::string>{"y"}), "");
   EXPECT_EQ(base::nearest_word(std::string(100000, 'c'), words), "");

@@ -161,7 +161,7 @@ what must hold, to what tolerance and who says so; one that must fail passes whe
 )"},
     {"params", R"(polypic params [TOPIC] [--example] [--json]     the keys of a shot file
 
-TOPIC is a table or a key, or a problem of `polypic cost`: its own keys. --example prints a complete shot that runs.
+TOPIC is a table, a key or a choice of one ("gravity"), or a problem of `polypic cost`: its own keys. --example prints a complete shot that runs.
 
   polypic params sim
   polypic params render.spp

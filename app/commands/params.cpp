@@ -37,7 +37,7 @@ bool is_below(const std::string& key, const std::string& topic) {
   return agrees(false) || ((asked.size() > 2 || is_number) && agrees(true));
 }
 
-// A topic is a key, a table, or one word of a dotted key: "sim", "body.NAME.velocity", "velocity".
+// A topic is a key, a table, or one word of a dotted key: "sim", "body.NAME.velocity", "velocity"; else a choice of one: "gravity".
 bool matches(const std::string& key, const std::string& topic) {
   const std::string dotted = "." + key + ".";
   return dotted.find("." + topic + ".") != std::string::npos || is_below(key, topic);
@@ -72,7 +72,9 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
       words.push_back(row.key.substr(start, dot - start));
     }
   }
-  std::erase_if(rows, [&](const KeyRow& row) { return !matches(row.key, topic); });
+  const auto is_choice = [&](const KeyRow& row) { return row.allowed.find('"' + topic + '"') != std::string::npos; };
+  const bool is_key = std::any_of(rows.begin(), rows.end(), [&](const KeyRow& row) { return matches(row.key, topic); });
+  std::erase_if(rows, [&](const KeyRow& row) { return is_key ? !matches(row.key, topic) : !is_choice(row); });
   if (!rows.empty()) return rows;
   const std::string nearest = base::nearest_word(topic, words);
   throw base::Error({.code = base::Exit::user,
