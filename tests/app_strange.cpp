@@ -293,9 +293,9 @@ TEST_F(Strange, WhatRunsOutOfMemoryNamesStageFrameAndKeyAndRunJsonSaysSo) {
   EXPECT_FALSE(run_json().contains("stopped"));
 }
 
-// From less than the libraries need before main, which no code of the program's could tell of, to what every pass has enough of.
+// Less than the libraries need before main, and less than the compiler of previews does.
 TEST_F(Strange, AnyLimitOfAddressSpaceGetsOneLine) {
-  for (const int megabytes : {700, 950, 1150, 1600}) {
+  for (const int megabytes : {700, 900, 1150}) {
     const std::string limit = std::to_string(1000 * megabytes);
     const Outcome outcome = shell("ulimit -v " + limit + "; $P run x.toml --preview --frames 1 --out o" + limit);
     EXPECT_TRUE(outcome.exit == 0 || outcome.exit == 2) << megabytes << " MB: exit " << outcome.exit << ", " << outcome.err;
