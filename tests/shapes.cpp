@@ -76,7 +76,7 @@ TEST(TurnedBox, TurnsCounterClockwiseInTheTwoDimensions) {
   EXPECT_LT(shape.distance(Vec3(1 + 0.8 * std::cos(M_PI / 6), 0.1 + 0.8 * std::sin(M_PI / 6), 0)), 0);
 }
 
-// A piston leaves no gap behind it, and what lies on that part of it must not lie on nothing in the picture. One that stood off the wall leaves a gap.
+// A piston leaves no gap behind it, and what lies on that part of it must not lie on nothing in pictures. One that stood off the wall leaves a gap.
 TEST(MovingBox, IsDrawnBackToTheWallThatItStoodOn) {
   sim::Options room;
   room.domain = {Vec3(0, 0, 0), Vec3(2, 1, 1)};
