@@ -86,12 +86,12 @@ TEST(FluidStillWater, ComesToRestWithParticlesAtRandomAndItsLevelAnywhereInACell
         square += 2 * history[f].kinetic_energy / history[f].mass / double(history.size() - half);
         most = std::max(most, history[f].max_speed);
       }
-      EXPECT_LE(std::sqrt(square), 0.007 * wave) << rung.name << " " << cells;
+      EXPECT_LE(std::sqrt(square), 0.006 * wave) << rung.name << " " << cells;
       mean += std::sqrt(square) / wave / 3;
       EXPECT_LE(most, 0.15 * wave) << rung.name;
       EXPECT_NEAR(history.back().volume_drift.value(), 0, 3e-3) << rung.name;   // a tenth of a cell
     }
-    EXPECT_LE(mean, 0.005) << rung.name;
+    EXPECT_LE(mean, 0.004) << rung.name;
   }
 }
 
