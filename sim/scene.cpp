@@ -286,7 +286,7 @@ void Effect::params(base::Params& p) {
 }
 
 void Write::params(base::Params& p, bool is_solid) {
-  p("pressure", pressure, "pressure [Pa]; of a liquid that of the last projection, 0 at the first frame");
+  p("pressure", pressure, "pressure [Pa]; of a liquid the mean over the last step, 0 at the first frame");
   if (p.when(is_solid)) p("strain", strain, "equivalent elastic strain [1]: of what is left of the logarithmic strain without its part in volume");
   p("mode_energy", mode_energy, "energy in a particle's modes above the constant [J/kg]");
 }

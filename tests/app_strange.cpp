@@ -38,6 +38,13 @@ TEST_F(Strange, DirectoriesThatCannotBeAreADiskError) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 3);   // nothing was made
 }
 
+TEST_F(Strange, OneParticleIsAShot) {
+  write("one.toml", "[shot]\nframes = 2\nquality = \"high\"\n[sim]\ndimension = 2\ndomain = [[0, 0], [2, 1]]\ncell = 0.04\n[[body]]\n"
+                    "name = \"water\"\nshape = { box = [[1.5, 0.4], [1.52, 0.42]] }\n[[effect]]\nkind = \"gravity\"\nacceleration = [0, -9.81]\n");
+  const Outcome outcome = run({"simulate", "one.toml", "--quiet"});
+  EXPECT_EQ(outcome.exit, 0) << outcome.err;
+}
+
 TEST_F(Strange, PipesAreNoFiles) {
   write("a.png", "x");
   for (const std::string end : {".vdb", ".exr", ".png", ".mp4", ".h5", ".json", ".toml"}) {

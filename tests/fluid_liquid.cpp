@@ -168,6 +168,27 @@ TEST(FluidWave, TheWatchLeavesReflectionWhereTheVolumeIsCorrected) {
   for (const Totals& t : run(swinging(0.02, kRungs[2]), 120)) ASSERT_EQ(t.splitting_fallbacks, 0) << t.time;
 }
 
+// Energy of place is measured from the side that gravity points to: the watch compares with what there is.
+TEST(FluidSplitting, ReflectsUnderAnUpperFloorAsOnALowerOne) {
+  Scene scene = tank(2, 0.04, kRungs[2], base::Vec3(0, 0.1, 0), base::Vec3(0.4, 0.5, 0));
+  scene.effects.front().acceleration.y() = 9.81;
+  std::int64_t steps = 0, fallbacks = 0;
+  for (const Totals& t : run(scene, 12)) {
+    steps += t.substeps, fallbacks += t.splitting_fallbacks;
+    EXPECT_GE(t.potential_energy, 0);
+  }
+  EXPECT_LT(2 * fallbacks, steps);
+}
+
+// All on the floor, at rest, and each turning: what they bring to the faces is 0 only to its own rounding.
+TEST(FluidFilm, OfHalfACellLiesOnTheFloor) {
+  for (const Rung& rung : kRungs) {
+    Scene scene = tank(2, 0.04, rung, base::Vec3(0, 0, 0), base::Vec3(1, 0.02, 0));
+    scene.options.seeding = Seeding::regular;
+    EXPECT_LT(run(scene, 24).back().max_speed, 0.1) << rung.name;
+  }
+}
+
 /// Mean of the last second.
 double last_drift(const std::vector<Totals>& history) {
   double sum = 0;

@@ -13,6 +13,12 @@
 #include "surface/surface.h"
 
 namespace app {
+namespace {
+
+/// Not of particles, though there may be a single one.
+bool is_of_the_run(const sim::Column& column) { return column.name == "watch" || column.name == "density_aim" || column.name == "energy_watch"; }
+
+}  // namespace
 
 PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::vector<std::int64_t> missing, base::Progress& progress)
     : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)),
@@ -37,7 +43,7 @@ double PointsMaker::make(std::int64_t frame) {
   Folder::make_room_for(points);
   const sim::Column* const id = watch_->state().find("id");
   for (const sim::Column& column : watch_->state().columns)
-    if (id && column.rows == id->rows && column.name != "watch") ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
+    if (id && column.rows == id->rows && !is_of_the_run(column)) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
   surface::write_points(points, watch_->simulation().frame(), ledger);
   if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(watch_->state(), ledger);
   write_record(folder_, shot_.scene.options.dimension,

@@ -240,7 +240,7 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
 
 template <int D, class Real>
 EnergyAudit::Energy FluidStep<D, Real>::energy(const Particles<D, Real>& particles) const {
-  return {transfer_.sums(particles, options_.cell).kinetic_energy, potential_energy(particles, down_, options_.cell)};
+  return {transfer_.sums(particles, options_.cell).kinetic_energy, potential_energy(particles, down_, options_)};
 }
 
 template <int D, class Real>

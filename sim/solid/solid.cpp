@@ -303,7 +303,7 @@ Totals Solid<D, Real>::totals() const {
     t.angular_momentum += sums.angular_momentum;
     const SolidEnergy e = energy_of(g, downhill(gravity_, options_), options_.cell);
     *t.elastic_energy += e.elastic;
-    t.potential_energy += e.place;
+    t.potential_energy += e.place - particles.mass * double(particles.size()) * energy_of_floor(downhill(gravity_, options_), options_);
     t.max_speed = std::max(t.max_speed, base::ordered_reduce(particles.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
       double most = 0;
       for (std::size_t p = begin; p < end; ++p) most = std::max(most, particles.velocity(p).template cast<double>().norm());
