@@ -79,7 +79,8 @@ TEST(FluidDamBreak, HasTheFrontAndHeightOfMartinAndMoyce) {
     }
 }
 
-// Until it is at the wall nothing takes energy from the column; with reflection neither does the step, and what is gained on coarse cells goes with their size.
+// Until it is at the wall nothing takes energy from the column; with reflection neither does the step, and what is gained on coarse cells goes with
+// their size.
 TEST(FluidDamBreak, KeepsItsEnergyWithReflectionWhileItFalls) {
   const auto most_gained = [](double cell) {
     Scene scene;

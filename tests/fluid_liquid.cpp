@@ -143,13 +143,15 @@ TEST(FluidDrop, InFreeFallFeelsNoPressureWithEitherSplitting) {
   }
 }
 
-// Gravity leans, and water swings about that. Pulled in each half of a step, the first of which is mirrored, it would swing ever farther until the watch ends it: 6.1 J in place of 4.2.
+/// Gravity leans, and water swings about that.
 Scene swinging(double cell, const Rung& rung) {
   Scene scene = tank(2, cell, rung, base::Vec3(0, 0, 0), base::Vec3(1, 0.3, 0));
   scene.options.seeding = Seeding::regular;
   scene.effects.front().acceleration.x() = 0.1 * 9.81;
   return scene;
 }
+
+// Pulled in each half of a step, the first of which is mirrored, it would swing ever farther until the watch ends it: 6.1 J in place of 4.2.
 TEST(FluidWave, NeitherGrowsNorDiesWithReflection) {
   for (const Rung& rung : {kRungs[2], kRungs[3]}) {
     Scene scene = swinging(1.0 / 30, rung);

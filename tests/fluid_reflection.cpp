@@ -56,8 +56,8 @@ struct Watched {
   double largest = 1;                        // energy over the start's
   std::int64_t steps = 0, fallbacks = 0;
 };
-/// The whole simulation, energy watch and all, started from Taylor-Green vortices.
 constexpr double kFps = 4;
+/// The whole simulation, energy watch and all, started from Taylor-Green vortices.
 std::unique_ptr<Simulation> started(int k, int particles_per_cell) {
   Course course{Splitting::reflection};
   course.particles_per_cell = particles_per_cell;

@@ -4,7 +4,7 @@
 # Rounds take turns: three with a shot in space, one with a shot in a plane. Each starts a run in a directory of its own, kills it
 # once somewhere between its start and its usual end, runs the same command to the end, and compares every file that does not tell
 # of times (points, surfaces, states, images, movies), the hashes of the states, and looks for names that start with a dot.
-# A kill that came too late, on a machine less busy than before, is done again after half the time; a fifth that is late is a failure.
+# A kill that came too late, on a machine less busy than before, is done again after half the time; five in a row are a failure.
 set -euo pipefail
 program=$(readlink -f "$1")
 kills=${2:-50}

@@ -46,7 +46,8 @@ sim::Scene spinning_block() {
 
 // Half a cell at the floor, where nobody below can be asked, and at the surface, where air begins.
 TEST(ParticleAttributes, PressureInStillWaterIsThatOfTheWaterAbove) {
-  for (const auto& [dimension, splitting] : {std::pair{2, sim::Splitting::lie}, {2, sim::Splitting::reflection}, {3, sim::Splitting::lie}, {3, sim::Splitting::reflection}}) {
+  using enum sim::Splitting;
+  for (const auto& [dimension, splitting] : {std::pair{2, lie}, {2, reflection}, {3, lie}, {3, reflection}}) {
     sim::Scene scene = tank(dimension);
     scene.options.splitting = splitting;
     const auto simulation = sim::make_simulation(scene, 24);

@@ -100,9 +100,9 @@ class Liquid final : public Simulation {
   /// [J] what moving solids did in the last projection.
   double solid_work() const { return particles_.mass * double(options_.particles_per_cell) * step_.solid_work(); }
 
-  /// One step of at most `left` [s]; returns its length. Where it reflects gravity pulls halfway, for the whole step: a wave is moved, pulled and moved,
-  /// as a leapfrog does, and keeps its energy. Half of the pull in each half of the step would meet the same surface twice in the mirrored field,
-  /// and a wave of frequency w would grow by the root of 1 + (w dt)^2 / 4 each step; what is mirrored is the pressure of the flow alone.
+  /// One step of at most `left` [s]; returns its length. Where it reflects gravity pulls halfway, for the whole step: a wave is moved, pulled and
+  /// moved, as a leapfrog does, and keeps its energy. Half of the pull in each half of the step would meet the same surface twice in the mirrored
+  /// field, and a wave of frequency w would grow by the root of 1 + (w dt)^2 / 4 each step; what is mirrored is the pressure of the flow alone.
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
@@ -191,7 +191,8 @@ class Liquid final : public Simulation {
     const FaceSums& grid = step_.scattered_sums();
     // Particles at rest on a floor turn: what is lost there is nothing beside the speed at which they would fall through a cell.
     const double scale = mass * std::max({particles.speed, std::sqrt(gravity_.norm() * options_.cell), 1e-30});
-    check_p2g(frame_ + 1, Places::faces, {particles_.mass * grid.mass, particles_.mass * grid.momentum}, {masses, particles_.mass * particles.momentum}, scale, sizeof(Real) == 4);
+    check_p2g(frame_ + 1, Places::faces, {particles_.mass * grid.mass, particles_.mass * grid.momentum},
+              {masses, particles_.mass * particles.momentum}, scale, sizeof(Real) == 4);
   }
 
   std::string place_text(const Cell<D>& cell, const Vec<D, double>& place) const {
@@ -355,7 +356,10 @@ State Liquid<D, Real>::state() const {
   s.frame = frame_;
   add_particles(particles_, s);
   if (options_.write.pressure) s.columns.push_back(make_column<float>("pressure", pressure_, 1));
-  if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("density_aim", std::vector<std::array<double, 2>>{{aim_, double(since_correction_)}}, 2));
+  if (options_.volume_correction > 0) {
+    const std::vector<std::array<double, 2>> aim{{aim_, double(since_correction_)}};
+    s.columns.push_back(make_column<double>("density_aim", aim, 2));
+  }
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;

@@ -266,7 +266,8 @@ std::vector<float> FluidStep<D, Real>::pressure_at(const Particles<D, Real>& par
   const double scale = density * options_.cell / dt;
   std::vector<float> found = particle_pressure(pressure_, scale, cells_.kind, blocks_, particles);
   if (!reflected) return found;
-  const std::vector<float> twice = particle_pressure(mirrored_pressure_.values, 2 * scale, mirrored_pressure_.kind, mirrored_pressure_.blocks, particles);
+  const auto& mirrored = mirrored_pressure_;
+  const std::vector<float> twice = particle_pressure(mirrored.values, 2 * scale, mirrored.kind, mirrored.blocks, particles);
   for (std::size_t p = 0; p < found.size(); ++p) found[p] += twice[p];
   return found;
 }

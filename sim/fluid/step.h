@@ -53,8 +53,8 @@ class FluidStep {
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
   void correct_volume(double gain, double aim, base::Ledger&);
 
-  /// Mean pressure [Pa] over the last step, dt [s] long and with a reflected half or not, at the particles, where they are now; sim.write.pressure must
-  /// be asked for. 0 before the first.
+  /// Mean pressure [Pa] over the last step, dt [s] long and with a reflected half or not, at the particles, where they are now; sim.write.pressure
+  /// must be asked for. 0 before the first.
   std::vector<float> pressure_at(const Particles<D, Real>&, double dt, bool reflected) const;
 
   /// What the shift of the last `correct_volume` did on the liquid, by its weight and its velocities [J], per particle's mass.

@@ -292,6 +292,7 @@ Totals Solid<D, Real>::totals() const {
   t.substeps = steps_.all;
   t.particles = std::int64_t(particles());
   t.elastic_energy = 0;
+  const base::Vec3 down = downhill(gravity_, options_);
   for (const auto& g : groups_) {
     const Particles<D, Real>& particles = g.particles;
     t.mass += particles.mass * double(particles.size());
@@ -301,9 +302,9 @@ Totals Solid<D, Real>::totals() const {
     t.largest_coefficient = std::max(t.largest_coefficient, sums.largest_coefficient);
     t.linear_momentum += sums.linear_momentum;
     t.angular_momentum += sums.angular_momentum;
-    const SolidEnergy e = energy_of(g, downhill(gravity_, options_), options_.cell);
+    const SolidEnergy e = energy_of(g, down, options_.cell);
     *t.elastic_energy += e.elastic;
-    t.potential_energy += e.place - particles.mass * double(particles.size()) * energy_of_floor(downhill(gravity_, options_), options_);
+    t.potential_energy += e.place - particles.mass * double(particles.size()) * energy_of_floor(down, options_);
     t.max_speed = std::max(t.max_speed, base::ordered_reduce(particles.size(), 16384, 0.0, [&](std::size_t begin, std::size_t end) {
       double most = 0;
       for (std::size_t p = begin; p < end; ++p) most = std::max(most, particles.velocity(p).template cast<double>().norm());

@@ -1,8 +1,8 @@
 #pragma once
 // The fast transfers: a block at a time, on a dense tile of its own. Particles of a cell share the nodes they read and write: P2G keeps a cell's sums
 // in registers while its particles pass (scatter_lanes-inl.h), G2P takes eight particles of a cell, a lane each (gather_lanes-inl.h). In 3-D and
-// single precision, for the mode sets that have a name: 1, 4 and 8 modes, and with the quadratic kernel 10 (total degree 2) and 27. Everything else runs
-// the plain path of grid_transfer_bodies.h, which is the reference.
+// single precision, for the mode sets that have a name: 1, 4 and 8 modes, and with the quadratic kernel 10 (total degree 2) and 27. Everything else
+// runs the plain path of grid_transfer_bodies.h, which is the reference.
 //
 // No sum is over lanes, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the same bits.
 #include <cstddef>
