@@ -41,6 +41,7 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
   const base::Vec3 g = gravity(scene);
   for (int a = 0; a < int(scene.options.dimension); ++a)
     if (!scene.options.periodic(a)) uphill_ += std::max(g[a], 0.0) * scene.options.domain.size()[a];
+  if (scene.options.solver == "fluid") unresolved_ = g.norm() * scene.options.cell;
   state_ = simulation_->state();
   totals_ = simulation_->totals();
   begin();
@@ -206,7 +207,7 @@ Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
   const double free = energy - now.work;
   const double had = std::max(now.least + now.work, 0.0);
   // What rests has no energy to compare with; what colliders push out is not in their work.
-  const double noise = 0.5 * t.mass * (slow_ * slow_ + collider_speed_ * collider_speed_);
+  const double noise = t.mass * (0.5 * (slow_ * slow_ + collider_speed_ * collider_speed_) + unresolved_);
   if (free - now.least > kGain * had + share_ * std::abs(now.start) + noise) {
     const std::string elastic = t.elastic_energy ? fmt::format(", elastic {:.4g}", *t.elastic_energy) : "";
     std::string what = fmt::format("{:.4g} J (kinetic {:.4g}, potential {:.4g}{}), where {:.4g} J were left; work done so far {:.4g} J", energy,

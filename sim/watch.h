@@ -80,6 +80,7 @@ class Watch {
   double slow_ = 0;         // [m/s] a speed that is as good as none: a hundredth of a cell a frame
   double collider_speed_ = 0;
   double share_ = kShare;
+  double unresolved_ = 0;   // [m^2/s^2] what a liquid gains that rises by a cell: a surface is known to a part of that
   double uphill_ = 0;       // [m^2/s^2] from the side that gravity pulls to, to where potential energy counts from
   State state_;
   Totals totals_;

@@ -65,24 +65,24 @@ Column collapse(Transfer transfer, Splitting splitting) {
 }
 
 // The experiment's dam, a film that was melted, gave way in a time in which water without one has run on: fronts computed at once lead by a
-// constant time. Late by 0.25 they are the same to 6 %. The height, far from the dam, needs no such delay.
+// constant time. Late by 0.22 they are the same to 5 %. The height, far from the dam, needs no such delay.
 TEST(FluidDamBreak, HasTheFrontAndHeightOfMartinAndMoyce) {
-  constexpr double kDelay = 0.25;
+  constexpr double kDelay = 0.22;
   for (const Transfer transfer : {Transfer::apic, Transfer::polypic})
     for (const Splitting splitting : {Splitting::lie, Splitting::reflection}) {
       const Column column = collapse(transfer, splitting);
       for (const Reading& r : kFront) {
-        EXPECT_NEAR(at(column.front, r.time - kDelay) / r.value, 1, 0.06) << "T = " << r.time;
+        EXPECT_NEAR(at(column.front, r.time - kDelay) / r.value, 1, 0.05) << "T = " << r.time;
         EXPECT_NEAR(at(column.front, r.time) / r.value, 1.09, 0.09) << "T = " << r.time;
       }
       for (const Reading& r : kHeight) EXPECT_NEAR(at(column.height, std::sqrt(2.0) * r.time), r.value, 0.035) << "t sqrt(g/a) = " << r.time;
     }
 }
 
-// Until it is at the wall nothing takes energy from the column; with reflection neither does the step, and what is gained on coarse cells goes with
+// Until it is at the wall nothing takes energy from the column; with reflection neither does the step, and what is lost on coarse cells goes with
 // their size.
 TEST(FluidDamBreak, KeepsItsEnergyWithReflectionWhileItFalls) {
-  const auto most_gained = [](double cell) {
+  const auto most_lost = [](double cell) {
     Scene scene;
     Options& o = scene.options;
     o.dimension = 2;
@@ -102,14 +102,15 @@ TEST(FluidDamBreak, KeepsItsEnergyWithReflectionWhileItFalls) {
     double most = 0;
     for (int frame = 0; frame < 6; ++frame) {
       simulation->advance(ledger, {});
-      most = std::max(most, std::abs(energy() / start - 1));
+      most = std::max(most, 1 - energy() / start);
+      EXPECT_LT(energy(), 1.0005 * start) << cell << " " << frame;
       EXPECT_EQ(simulation->totals().splitting_fallbacks, 0) << cell << " " << frame;
     }
     EXPECT_GT(simulation->totals().kinetic_energy, 0.4 * start);
     return most;
   };
-  EXPECT_LT(most_gained(0.025), 0.01);
-  EXPECT_LT(most_gained(0.0125), 0.002);
+  EXPECT_LT(most_lost(0.025), 0.007);
+  EXPECT_LT(most_lost(0.0125), 0.0035);
 }
 
 }  // namespace

@@ -37,6 +37,7 @@ class Pool {
   static int level(int, int j) { return j < kLevel ? kFull : 0; }
   std::size_t at(int i, int j) const { return std::size_t(blocks.index({i, j})); }
   bool is_liquid(int i, int j) const { return cells.kind[at(i, j)] == CellKind::liquid; }
+  bool is_film(int i, int j) const { return !cells.film.empty() && cells.film[at(i, j)] > 0; }
   bool is_thin(int i, int j) const { return std::count(cells.thin.begin(), cells.thin.end(), at(i, j)) == 1; }
 
  private:
@@ -69,6 +70,31 @@ TEST(FluidSurface, FewParticlesAreThinLiquidAndAFullDropIsNot) {
   EXPECT_FALSE(pool.is_liquid(11, 9) || pool.is_liquid(4, 20));
   EXPECT_TRUE(pool.is_liquid(18, 20) && pool.is_liquid(11, 1) && pool.is_liquid(2, 9) && pool.is_liquid(7, 9));
   EXPECT_EQ(pool.cells.distance[pool.at(11, 10)], 1);
+}
+
+// A cell's own average, and its mirror image in the solid, find the surface of a film too low; the sum of the column does not.
+TEST(FluidSurface, AFilmIsAsThickAsItsColumnUpToTheWalls) {
+  for (const int level : {1, 2}) {
+    const Pool pool([&](int, int j) { return j < level ? Pool::kFull : 0; });
+    for (int i = 0; i < Pool::kCells; ++i) {
+      ASSERT_TRUE(pool.is_liquid(i, level - 1) && !pool.is_liquid(i, level)) << level << " " << i;
+      EXPECT_NEAR(theta(pool.cells.distance[pool.at(i, level - 1)], pool.cells.distance[pool.at(i, level)]), 0.5, 1e-6) << level << " " << i;
+      EXPECT_EQ(pool.is_film(i, 0), level == 1);
+    }
+  }
+}
+
+// What lies on a solid is liquid, and no foam, as long as it covers it; beside a wall the top of deep liquid is no film.
+TEST(FluidSurface, HalfACellOnTheFloorIsAFilmAndTheTopOfDeepLiquidBesideAWallIsNone) {
+  const Pool half([](int, int j) { return j == 0 ? Pool::kFull / 2 : 0; });
+  const Pool quarter([](int, int j) { return j == 0 ? Pool::kFull / 4 : 0; });
+  for (int i = 0; i < Pool::kCells; ++i) {
+    EXPECT_TRUE(half.is_film(i, 0) && !half.is_thin(i, 0)) << i;
+    EXPECT_TRUE(quarter.is_thin(i, 0)) << i;
+  }
+  const Pool heap([](int i, int j) { return Pool::level(i, j) || (i == 0 && j == Pool::kLevel) ? Pool::kFull : 0; });
+  EXPECT_TRUE(heap.is_liquid(0, Pool::kLevel) && !heap.is_liquid(1, Pool::kLevel));
+  EXPECT_FALSE(heap.is_film(0, Pool::kLevel));
 }
 
 // What is in it flies: its faces are valid, and no pressure changes those between two of its cells.

@@ -229,6 +229,21 @@ TEST(Watch, SeesEnergyThatNobodyGave) {
 }
 
 // A first step as long as the frame, for a state that says nothing moves: half of it is short enough, and the rest of the frame is as ever.
+// A film's energy is that of a part of a cell, to which a surface is known.
+TEST(Watch, ComparesNoEnergyOfAFilmBelowWhatACellResolves) {
+  for (const double thick : {0.01, 0.025, 0.05}) {
+    Scene scene = tank(2, 0.05, {0.3, 0, 0}, {0.7, thick, 0});
+    apply({Transfer::polypic, 0, Kernel::linear, Carry::fixed, kSingle}, scene.options);
+    add_gravity(scene);
+    Watch watch(scene, 24);
+    base::Ledger ledger;
+    for (int f = 0; f < 96; ++f) {
+      watch.advance(ledger, {});
+      ASSERT_EQ(watch.totals().retries, 0) << thick << " " << f;
+    }
+  }
+}
+
 TEST(Watch, GoesBackToTheStartOfAStepThatMovesAParticleTooFar) {
   Scene scene = jelly();
   scene.bodies[0].velocity = {3, 0, 0}, scene.bodies[1].velocity = {3, 0, 0};

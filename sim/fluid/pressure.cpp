@@ -18,11 +18,14 @@ constexpr int kBlocksPerTile = Tile<D>::kEdge / Lattice<D>::kBlock;   // along a
 
 CellKind kind_of(const std::vector<CellKind>& kind, std::ptrdiff_t index) { return value_at(kind, index, CellKind::air); }
 
-/// 1 / theta between a liquid cell and an air cell.
+/// 1 / theta between a liquid cell and an air cell along an axis. How low a film lies says nothing about where it ends.
 template <int D>
-double inverse_theta(const LiquidCells<D>& cells, std::ptrdiff_t liquid, std::ptrdiff_t air) {
+double inverse_theta(const LiquidCells<D>& cells, int axis, std::ptrdiff_t liquid, std::ptrdiff_t air) {
+  constexpr double kLeastBesideFilm = 0.5;
   if (cells.distance.empty() || air < 0) return 1;
-  return 1 / theta(cells.distance[std::size_t(liquid)], cells.distance[std::size_t(air)]);
+  const double t = theta(cells.distance[std::size_t(liquid)], cells.distance[std::size_t(air)]);
+  const int film = cells.film.empty() ? 0 : cells.film[std::size_t(liquid)];
+  return 1 / (film > 0 && film != axis + 1 ? std::max(t, kLeastBesideFilm) : t);
 }
 
 /// The places of a tile of the solver and of the cells around it, as indices of fields.
@@ -120,12 +123,12 @@ class TileEquations {
           if (has_over && over == CellKind::liquid) {
             const auto i = std::size_t(T::cell(p, r, l));
             to.rhs[i] += flow;
-            if (under == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, face, places_.index[below]) - 1));
+            if (under == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, axis, face, places_.index[below]) - 1));
           }
           if (has_under && under == CellKind::liquid) {
             const auto i = std::size_t(T::cell(p - is_plane, r - is_row, l - is_lane));
             to.rhs[i] -= flow;
-            if (over == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, places_.index[below], face) - 1));
+            if (over == CellKind::air) to.extra[i] += float(double(w) * (inverse_theta(cells_, axis, places_.index[below], face) - 1));
           }
         }
   }
@@ -224,8 +227,8 @@ void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const
         if (below == CellKind::solid || above == CellKind::solid || cells.open(a, i) == 0) continue;
         double change = 0;
         if (below == CellKind::liquid && above == CellKind::liquid) change = p[i] - p[std::size_t(lower)];
-        else if (above == CellKind::liquid) change = p[i] * inverse_theta(cells, std::ptrdiff_t(i), lower);
-        else if (below == CellKind::liquid) change = -p[std::size_t(lower)] * inverse_theta(cells, lower, std::ptrdiff_t(i));
+        else if (above == CellKind::liquid) change = p[i] * inverse_theta(cells, a, std::ptrdiff_t(i), lower);
+        else if (below == CellKind::liquid) change = -p[std::size_t(lower)] * inverse_theta(cells, a, lower, std::ptrdiff_t(i));
         else continue;
         v[a][i] = Real(double(v[a][i]) - change);
       }

@@ -17,6 +17,22 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
   return std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + particles.row() * sizeof(Real)));
 }
 
+/// Thin liquid on a solid falls no faster than across its cell: `v` has been pushed from `before` [m/s]. Without pressure nothing else would end the
+/// fall of the face over a particle that lies on the floor and cannot.
+template <int D, class Real>
+void end_falls(FaceField<D, Real>& v, const FaceField<D, Real>& before, const base::Vec3& push, const Vec<D, double>& fastest, const LiquidCells<D>& cells,
+               const ActiveBlocks<D>& blocks) {
+  for (const std::size_t i : cells.thin)
+    for (int a = 0; a < D; ++a) {
+      const int down = push[a] < 0 ? 0 : 1;
+      const std::ptrdiff_t below = blocks.neighbour(i, a, down), over = down == 0 ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
+      if (push[a] == 0 || over < 0 || value_at(cells.kind, below, CellKind::air) != CellKind::solid) continue;
+      const Real sign = push[a] < 0 ? -1 : 1, was = sign * before[a][std::size_t(over)];
+      Real& now = v[a][std::size_t(over)];
+      now = sign * std::min(sign * now, std::max(was, Real(fastest[a])));
+    }
+}
+
 }  // namespace
 
 template <int D, class Real>
@@ -104,6 +120,7 @@ double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger)
         for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
       });
     }
+    end_falls<D, Real>(grid_.velocity, scattered_, push, (2 * options_.cell * down_.head<D>().cwiseAbs()).cwiseSqrt(), cells_, blocks_);
   }
   if (!push.isZero(0)) audit("forces", grid_.velocity, ledger);
   PressureReport report;

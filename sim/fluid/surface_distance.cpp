@@ -14,9 +14,9 @@ constexpr float kBeside = 1e-3f;
 /// And the farthest; 1 is what cells away from it have.
 constexpr float kWithin = 0.999f;
 /// How many standard deviations, of particles that lie at random, below its seeding liquid counts as thin.
-constexpr double kThinDeviations = 2.5;
+constexpr double kThinDeviations = 2.7;
 /// The average of fillings from which on air counts as a gap in the liquid: around one cell without particles, or two, and around no bubble.
-constexpr float kGap = 0.58f;
+constexpr float kGap = 0.63f;
 constexpr std::size_t kBlocksAtOnce = 64;
 
 template <int D>
@@ -26,16 +26,22 @@ auto places_around(std::size_t i, const ActiveBlocks<D>& blocks) {
   return blocks.template places<3>(lower);
 }
 
-/// Averaged over the cells around one.
+/// Averaged over the cells around one. A solid counts as what is on this side of it: its mirror image.
 template <int D, class Places>
 double mean_filling(const Places& places, const std::vector<float>& filling, const std::vector<CellKind>& kind) {
+  constexpr int kMiddle = ActiveBlocks<D>::kNeighbours / 2;
+  const auto is_solid = [&](int n) { return places[std::size_t(n)] >= 0 && kind[std::size_t(places[std::size_t(n)])] == CellKind::solid; };
   double sum = 0, weights = 0;
   for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
-    const std::ptrdiff_t at = places[std::size_t(n)];
-    if (at >= 0 && kind[std::size_t(at)] == CellKind::solid) continue;
-    int weight = 1;
-    for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight *= rest % 3 == 1 ? 2 : 1;
-    sum += weight * double(value_at(filling, at, 0.0f));
+    int weight = 1, image = n;
+    const bool solid = is_solid(n);
+    for (int a = 0, rest = n, step = 1; a < D; ++a, rest /= 3, step *= 3) {
+      weight *= rest % 3 == 1 ? 2 : 1;
+      const int towards = rest % 3 - 1;
+      if (solid && towards != 0 && is_solid(kMiddle + towards * step)) image -= towards * step;
+    }
+    if (solid && is_solid(image)) continue;   // an edge of a solid
+    sum += weight * double(value_at(filling, places[std::size_t(image)], 0.0f));
     weights += weight;
   }
   return sum / weights;
@@ -75,13 +81,18 @@ float open_part(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D
   return cuts > 0 ? std::max(cut / cuts, kLeast) : 1;
 }
 
-/// What the faces of the cells near the surface carry, over what they do in full liquid; 0 elsewhere. What particles leave beyond a solid side they
-/// would get back from their mirror images: it counts on this side.
+/// What faces carry over what they do in full liquid [1], of the cells near the surface; 0 elsewhere.
+struct FaceFilling {
+  std::vector<float> mean;       // of a cell's faces
+  std::vector<float> on_walls;   // the most of its sides that are walls: 2 h - h^2 of a film h cells thick, where h is below 1
+};
+
+/// What particles leave beyond a solid side they would get back from their mirror images: it counts on this side.
 template <int D, class Real>
-std::vector<float> face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const std::vector<std::uint8_t>& near,
+FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const std::vector<std::uint8_t>& near,
                                 const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  std::vector<float> filling(blocks.size());
+  FaceFilling filling{std::vector<float>(blocks.size()), std::vector<float>(blocks.size())};
   const auto is_solid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };
   const auto next = [&](std::ptrdiff_t cell, int axis, int side) { return cell < 0 ? cell : blocks.neighbour(std::size_t(cell), axis, side); };
   const auto on = [&](int axis, std::ptrdiff_t face) { return face < 0 ? Real(0) : mass[std::size_t(axis)][std::size_t(face)]; };
@@ -100,6 +111,7 @@ std::vector<float> face_filling(const FaceField<D, Real>& mass, double full, con
         is_open = std::all_of(around.begin(), around.end(), [&](std::int32_t b) { return b >= 0 && cells.open.is_open(std::size_t(b)); });
       }
       if (!near[i / per_block] || cells.kind[i] == CellKind::solid) continue;
+      const float part = is_open ? 1 : open_part(i, cells, blocks);
       float sum = 0;
       int axes = 0;
       for (int a = 0; a < D; ++a) {
@@ -116,20 +128,23 @@ std::vector<float> face_filling(const FaceField<D, Real>& mass, double full, con
         float on_faces = 0;
         int faces = 0;
         for (const int side : {0, 1}) {
+          float on_face = 0;
           const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
-          if (face >= 0 && !(cells.open(a, std::size_t(face)) > 0)) continue;   // half of its stencil is solid
+          const bool is_wall = face >= 0 && !(cells.open(a, std::size_t(face)) > 0);   // of whose stencil half is solid
+          if (is_wall && (part < 1 || !is_solid(next(std::ptrdiff_t(i), a, side)))) continue;
           const std::ptrdiff_t before = side ? std::ptrdiff_t(i) : next(std::ptrdiff_t(i), a, 0), after = face;
           const bool reflects_before = is_solid(next(before, a, 0)), reflects_after = is_solid(next(after, a, 1));
           for (std::size_t k = 0; k < count; ++k) {
             const std::ptrdiff_t own = images[k], other = next(own, a, side);
-            on_faces += side ? carried(a, own, other, reflects_before, reflects_after) : carried(a, other, own, reflects_before, reflects_after);
+            if (is_wall) on_face += 2 * float(on(a, side ? other : own));
+            else on_face += side ? carried(a, own, other, reflects_before, reflects_after) : carried(a, other, own, reflects_before, reflects_after);
           }
-          ++faces;
+          if (is_wall) filling.on_walls[i] = std::max(filling.on_walls[i], on_face / float(full));
+          on_faces += on_face, ++faces;
         }
         if (faces > 0) sum += on_faces / float(faces), ++axes;
       }
-      const float part = is_open ? 1 : open_part(i, cells, blocks);
-      filling[i] = axes > 0 ? sum / (float(axes) * float(full) * part) : 0;
+      filling.mean[i] = axes > 0 ? sum / (float(axes) * float(full) * part) : 0;
     }
   });
   return filling;
@@ -152,13 +167,55 @@ bool meets_other(std::size_t i, const std::vector<CellKind>& kind, const ActiveB
   return false;
 }
 
+/// A film is a liquid cell between a solid and air across which the average changes most: beside a wall the top of deep liquid is none.
+struct Film {
+  std::ptrdiff_t above = -1;   // the air cell; none where the cell is no film
+  int axis = 0;
+  float height = 0;            // [cells]
+};
+
+/// The average keeps the sum of a column and its mirror image, but takes both surfaces of what is thinner than it is wide for lower than they are.
+/// Of the column's fillings f, g, 0 ... it makes (3 f + g) / 4 and (f + 2 g) / 4, which give f + g.
+template <int D>
+Film film_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  const auto kind_at = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air); };
+  const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : mean_filling<D>(places_around<D>(std::size_t(j), blocks), filling, kind); };
+  if (kind[i] != CellKind::liquid) return {};
+  for (int a = 0; a < D; ++a)
+    for (const int side : {0, 1}) {
+      const std::ptrdiff_t above = blocks.neighbour(i, a, side);
+      if (above < 0 || kind_at(above) != CellKind::air || kind_at(blocks.neighbour(i, a, 1 - side)) != CellKind::solid) continue;
+      const double low = mean_at(std::ptrdiff_t(i)), high = mean_at(above);
+      double slope = 0;
+      for (int b = 0; b < D; ++b)
+        if (b != a) {
+          std::array<double, 2> beside;
+          for (const int s : {0, 1}) {
+            const std::ptrdiff_t j = blocks.neighbour(i, b, s);
+            beside[std::size_t(s)] = kind_at(j) == CellKind::solid ? low : mean_at(j);
+          }
+          if (std::max(beside[0], beside[1]) > 0.5) slope = std::max(slope, std::abs(beside[1] - beside[0]) / 2);
+        }
+      if (low - high > slope) return {above, a, float(0.8 * low + 1.6 * high)};
+    }
+  return {};
+}
+
 /// A cell's distance from the surface that `kind` and `filling` give.
 template <int D>
 float distance_at(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   if (kind[i] == CellKind::solid) return 0;
   const bool wet = kind[i] == CellKind::liquid;
   if (!meets_other(i, kind, blocks)) return wet ? -1.0f : 1.0f;
-  const float far = distance_of(i, filling, kind, blocks);
+  float far = distance_of(i, filling, kind, blocks);
+  if (wet) {
+    if (const Film film = film_of(i, filling, kind, blocks); film.above >= 0) far = 0.5f - film.height;
+  } else {
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1})
+        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0)
+          if (const Film film = film_of(std::size_t(j), filling, kind, blocks); film.above == std::ptrdiff_t(i)) far = 1.5f - film.height;
+  }
   return wet ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
 }
 
@@ -202,6 +259,18 @@ bool is_cut(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& b
   return false;
 }
 
+template <int D>
+void set_films(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const std::vector<std::size_t> films = cells_near<D>(near, [&](std::size_t i) { return film_of(i, filling, cells.kind, blocks).above >= 0; });
+  cells.film.assign(films.empty() ? 0 : blocks.size(), 0);
+  for (const std::size_t i : films) cells.film[i] = std::uint8_t(1 + film_of(i, filling, cells.kind, blocks).axis);
+}
+
+template <int D>
+bool is_film(std::size_t i, const LiquidCells<D>& cells) {
+  return !cells.film.empty() && cells.film[i] > 0;
+}
+
 /// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
 template <int D>
 std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
@@ -214,7 +283,7 @@ std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std
 
 /// Liquid cells that the average puts outside, beside liquid that is inside.
 template <int D>
-std::vector<std::size_t> liquid_outside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
+std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
                                         const ActiveBlocks<D>& blocks) {
   // The least filling of a cell that counts as inside: less is spray. No value that regular particles give, lest rounding decide.
   constexpr float kInside = 0.45f;
@@ -225,17 +294,18 @@ std::vector<std::size_t> liquid_outside(const std::vector<float>& filling, const
       for (const int side : {0, 1}) {
         const std::ptrdiff_t j = blocks.neighbour(i, a, side);
         on_liquid = on_liquid || (j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid && cells.distance[std::size_t(j)] < -kBeside &&
-                                  filling[std::size_t(j)] > kInside);
+                                  filling.mean[std::size_t(j)] > kInside);
       }
-    return on_liquid && distance_of(i, filling, cells.kind, blocks) > kBeside;
+    return on_liquid && distance_of(i, filling.mean, cells.kind, blocks) > kBeside &&
+           !(is_film(i, cells) && filling.on_walls[i] > kInside);
   });
 }
 
 /// Liquid cells in and beside which the liquid is thinner than chance makes it. How thin it is in a cell the particles of the liquid cells around
 /// say, with weights 1, 2, 1 along each axis.
 template <int D>
-std::vector<std::size_t> thin_liquid(const std::vector<float>& count, double full, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
-                                     const ActiveBlocks<D>& blocks) {
+std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std::vector<float>& on_walls, double full, const std::vector<std::uint8_t>& near,
+                                     const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   constexpr double kSquares = 0.375;   // the sum of the squared weights along an axis
   const auto least = float(1 - kThinDeviations * std::sqrt(std::pow(kSquares, D) / full));
@@ -253,7 +323,8 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, double ful
         if (!is_liquid(at)) continue;
         int weight = 1;
         for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight *= rest % 3 == 1 ? 2 : 1;
-        sum += float(weight) * count[std::size_t(at)];
+        const float packed = is_film(std::size_t(at), cells) ? on_walls[std::size_t(at)] : 0;
+        sum += float(weight) * std::max(count[std::size_t(at)], packed);
         weights += weight;
       }
       density[i] = sum / float(weights);
@@ -307,25 +378,28 @@ template <int D, class Real>
 void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& count, double full, LiquidCells<D>& cells,
                   const ActiveBlocks<D>& blocks) {
   const std::vector<std::uint8_t> near = blocks_near_surface(cells.kind, blocks);
-  const std::vector<float> filling = face_filling(mass, full, cells, near, blocks);
+  const FaceFilling filling = face_filling(mass, full, cells, near, blocks);
   const auto become = [&](const std::vector<std::size_t>& changed, CellKind kind) {
     for (const std::size_t i : changed) cells.kind[i] = kind;
   };
-  become(air_inside(filling, near, cells, blocks), CellKind::liquid);
-  set_distances(filling, near, cells, blocks);
+  become(air_inside(filling.mean, near, cells, blocks), CellKind::liquid);
+  set_distances(filling.mean, near, cells, blocks);
+  set_films(filling.mean, near, cells, blocks);
   const std::vector<std::size_t> outside = liquid_outside(filling, near, cells, blocks);
   become(outside, CellKind::air);
-  cells.thin = thin_liquid(count, full, near, cells, blocks);
+  set_films(filling.mean, near, cells, blocks);
+  cells.thin = thin_liquid(count, filling.on_walls, full, near, cells, blocks);
   become(cells.thin, CellKind::air);
   // The average knows no kind but solid: the only distances that change are theirs and their neighbours'.
   for (const std::vector<std::size_t>* changed : {&outside, &std::as_const(cells.thin)})
     for (const std::size_t i : *changed) {
-      cells.distance[i] = distance_at(i, filling, cells.kind, blocks);
+      cells.distance[i] = distance_at(i, filling.mean, cells.kind, blocks);
       for (int a = 0; a < D; ++a)
         for (const int side : {0, 1})
           if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0)
-            cells.distance[std::size_t(j)] = distance_at(std::size_t(j), filling, cells.kind, blocks);
+            cells.distance[std::size_t(j)] = distance_at(std::size_t(j), filling.mean, cells.kind, blocks);
     }
+  set_films(filling.mean, near, cells, blocks);
 }
 
 template void find_surface(const FaceField<2, float>&, const std::vector<float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);
