@@ -16,7 +16,7 @@ namespace app {
 namespace {
 
 /// Not of particles, though there may be a single one.
-bool is_of_the_run(const sim::Column& column) { return column.name == "watch" || column.name == "density_aim" || column.name == "energy_watch"; }
+bool is_of_the_run(const sim::Column& column) { return column.name == "watch" || column.name == "volume_correction" || column.name == "energy_watch"; }
 
 }  // namespace
 

@@ -89,7 +89,7 @@ class Liquid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.aim_, s.substeps_, s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_,
+    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_, s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_,
                     s.collider_work_, s.gravity_work_, s.largest_cfl_);
   }
 
@@ -148,9 +148,12 @@ class Liquid final : public Simulation {
       volume = step_.volume();
       drift_ = volume.all * std::pow(options_.cell, D) / (particle_volume_ * double(particles_.size())) - 1;
     }
+    uncorrected_.steps += 1, uncorrected_.times += dt / kCorrectionTime * std::sqrt(gravity_.norm() / options_.cell);
     const bool corrects = options_.volume_correction > 0 && substeps_ % kStepsACorrection == 0;
     if (corrects) {
-      const double gain = 1 - std::pow(1 - options_.volume_correction, kStepsACorrection);
+      const double parts = std::clamp(std::max(uncorrected_.steps, uncorrected_.times), 1.0, double(kStepsACorrection));
+      const double gain = 1 - std::pow(1 - options_.volume_correction, parts);
+      uncorrected_ = {};
       if (volume.bulk_filling > 0)
         aim_ = std::clamp(aim_ + kPartToAim * gain * (volume.bulk / volume.bulk_filling - 1), 1 - kFarthestAim, 1 + kFarthestAim);
       step_.correct_volume(gain, aim_, ledger);
@@ -257,6 +260,8 @@ class Liquid final : public Simulation {
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr const char* kSmallerSteps = "a smaller sim.cfl may help";
   static constexpr int kStepsACorrection = 4;     // the volume is corrected in a frame's first step, and in every fourth after it
+  /// It takes back as many parts as there were steps since the one before, or of these times [sqrt(cell / g)] where steps are long: about a step of a splash.
+  static constexpr double kCorrectionTime = 0.16;
   /// Only the inside can be corrected. What the cells beside the surface have too much, or too little, it makes up for: its aim follows the
   /// volume's drift with this part of the gain, and no farther than this.
   static constexpr double kPartToAim = 0.1, kFarthestAim = 0.1;
@@ -274,6 +279,9 @@ class Liquid final : public Simulation {
     double length = 0;                // [s]
     bool reflected = false;
   } last_step_;
+  struct {
+    double steps = 0, times = 0;      // [1] since the last volume correction: steps, and their length in kCorrectionTime
+  } uncorrected_;
   double aim_ = 1;                    // [1] density of the liquid's inside that the volume correction aims at, over the one seeded
   std::int64_t frame_ = 1, substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
   double collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;   // since the frame before
@@ -353,7 +361,7 @@ State Liquid<D, Real>::state() const {
   s.frame = frame_;
   add_particles(particles_, s);
   if (options_.write.pressure) s.columns.push_back(make_column<float>("pressure", pressure_, 1));
-  if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("density_aim", std::vector<double>{aim_}, 1));
+  if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("volume_correction", std::vector<double>{aim_, uncorrected_.steps, uncorrected_.times}, 1));
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;
@@ -367,15 +375,15 @@ void Liquid<D, Real>::restore(const State& s) {
   const std::int64_t n = id ? id->rows : 0;
   std::vector<EnergyWatch::State> watch;
   const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 4, watch);
-  std::vector<double> aim;
-  const bool aimed = options_.volume_correction == 0 || read_column<double>(s, "density_aim", 1, 1, aim);
+  std::vector<double> correction;
+  const bool aimed = options_.volume_correction == 0 || read_column<double>(s, "volume_correction", 3, 1, correction);
   std::vector<float> pressure;
   const bool pressed = !options_.write.pressure || read_column<float>(s, "pressure", n, 1, pressure);
   const bool fits = watched && aimed && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
-  if (!aim.empty()) aim_ = aim.front();
+  if (!correction.empty()) aim_ = correction[0], uncorrected_ = {correction[1], correction[2]};
   pressure_ = std::move(pressure);
   frame_ = s.frame;
   solids_.move_to(time());
