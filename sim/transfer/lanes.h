@@ -72,9 +72,10 @@ Kernels faces_linear(int set);
 Kernels nodes_quadratic(int set);
 Kernels nodes_bent(int set);
 Kernels nodes_linear(int set);
-/// Those of nodes_quadratic for solids: with the impulse of stress added to the momenta, with the velocity and its gradient, that of the kernel's
-/// interpolation, handed out.
+/// Those of quadratic kernels on nodes for solids: with the impulse of stress added to the momenta, with the velocity and its gradient, that of the
+/// kernel's interpolation, handed out. The first has all sets: it asks the second for those of more than 8 modes.
 MovingKernels nodes_quadratic_of_solids(int set);
+MovingKernels nodes_bent_of_solids(int set);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
 void allow_avx512(bool);

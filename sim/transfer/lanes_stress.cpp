@@ -1,89 +1,17 @@
-// The transfers of solids. P2G: what lanes_nodes_quadratic.cpp scatters, and with it the impulse of stress. The gradient of a weight has, like the
-// modes, one factor an axis: it rides along, where a pass of its own costs as much as APIC.
 #define HWY_TARGET_INCLUDE "sim/transfer/lanes_stress.cpp"
 #include <hwy/foreach_target.h>   // includes this file once for every instruction set
 
-#include "sim/transfer/gather_lanes-inl.h"
-#include "sim/transfer/scatter_lanes-inl.h"
+#include "sim/transfer/stress_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
-namespace {
-
-template <class S>
-void scatter_stressed_block(const Block& block, const Stresses& stresses, float* tile) {
-  scatter_particles<S, true>(block, stresses.row, stresses.factor, tile);
-}
-
-HWY_INLINE void prefetch_wanted(const Wanted& wanted, std::uint32_t p, int size) {
-  if (!wanted.rows) return;
-  for (std::uint32_t q = p; q < p + std::uint32_t(size); ++q) {
-    const char* const row = wanted.rows + wanted.bytes * (wanted.row ? wanted.row[q] : q);
-    __builtin_prefetch(row), __builtin_prefetch(row + wanted.bytes - 1);
-  }
-}
-
-/// G2P with the velocity and its gradient beside the coefficients, while they are in registers: rows of these are long.
-template <class S, class Rows>
-HWY_INLINE void gather_moving(const Block& block, std::uint32_t p, int size, int cell, const BlockTerms<S>& terms, const Motions& motions,
-                              Rows& rows) {
-  float spare[3 * S::count + 4];
-  V velocity[3];
-  prefetch_offsets(block, p + 64, kLanes);
-  prefetch_wanted(motions.wanted, p, size);
-  const Batch<S> batch(block, p, size, rows.begin(p), spare);
-  gather_batch<S, true>(batch, cell, terms, nullptr, 0, [&](int component, const Results& r) SIM_LANES_INLINED {
-    velocity[component] = r.at[0][0][0];
-    float* const column = motions.gradient + std::size_t(3 * component) * motions.stride + p;   // lanes that do not count: the next batch's place
-    for (int a = 0; a < 3; ++a) hn::StoreU(r.slope[a], kTag, column + std::size_t(a) * motions.stride);
-  });
-  rows.end(size);
-  hn::StoreInterleaved3(velocity[0], velocity[1], velocity[2], kTag, motions.velocity + 3 * std::size_t(p));
-}
-
-template <class S, class Rows>
-HWY_INLINE void gather_moving_into(const Block& block, const float* tile, const Motions& motions, Rows& rows) {
-  constexpr int slab_cells = Lattice<3>::kBlock * Lattice<3>::kBlock;
-  BlockTerms<S> terms(tile);
-  for (int slab = 0; slab < Lattice<3>::kBlock; ++slab) {
-    terms.make_slab(slab);
-    for_batches(block, slab * slab_cells, (slab + 1) * slab_cells,
-                [&](std::uint32_t p, int size, int cell) { gather_moving<S>(block, p, size, cell % slab_cells, terms, motions, rows); });
-  }
-  rows.finish();
-}
-
-template <class S>
-void gather_moving_block(const Block& block, const float* tile, const Motions& motions) {
-  if constexpr (S::count >= 4) {
-    if (block.streams) {
-      RowsPastCaches<S> rows(block);
-      return gather_moving_into<S>(block, tile, motions, rows);
-    }
-  }
-  RowsInPlace<S> rows(block);
-  gather_moving_into<S>(block, tile, motions, rows);
-}
-
-}  // namespace
-
-MovingKernels find_moving(int set) {
-  switch (set) {
-    case 1: return {scatter_stressed_block<Shape<3, 1, false>>, gather_moving_block<Shape<3, 1, false>>};
-    case 4: return {scatter_stressed_block<Shape<3, 4, false>>, gather_moving_block<Shape<3, 4, false>>};
-    case 8: return {scatter_stressed_block<Shape<3, 8, false>>, gather_moving_block<Shape<3, 8, false>>};
-    case 10: return {scatter_stressed_block<Shape<3, 10, false>>, gather_moving_block<Shape<3, 10, false>>};
-    case 27: return {scatter_stressed_block<Shape<3, 27, false>>, gather_moving_block<Shape<3, 27, false>>};
-  }
-  return {};
-}
-
+MovingKernels find_stress(int set) { return find_moving<1, 4, 8>(set); }
 }  // namespace sim::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace sim::lanes {
-HWY_EXPORT(find_moving);
-MovingKernels nodes_quadratic_of_solids(int set) { return HWY_DYNAMIC_DISPATCH(find_moving)(set); }
+HWY_EXPORT(find_stress);
+MovingKernels nodes_quadratic_of_solids(int set) { return set <= 8 ? HWY_DYNAMIC_DISPATCH(find_stress)(set) : nodes_bent_of_solids(set); }
 }  // namespace sim::lanes
 #endif
