@@ -8,7 +8,7 @@
 #include <cstring>
 
 /// For the small functions that laws are made of: called, they pass a dozen vectors through memory each. Under the sanitizers, which look at
-/// every access, the compiler chooses: all in one function takes it twice as long.
+/// every access, the compiler chooses: all in one function is what takes it longest.
 #ifdef __SANITIZE_ADDRESS__
 #define SIM_INLINE inline
 #else
