@@ -89,8 +89,8 @@ class Liquid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_, s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_,
-                    s.collider_work_, s.gravity_work_, s.largest_cfl_);
+    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_, s.splitting_fallbacks_,
+                    s.steps_by_motion_, s.steps_by_impact_, s.collider_work_, s.gravity_work_, s.largest_cfl_);
   }
 
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
@@ -361,7 +361,8 @@ State Liquid<D, Real>::state() const {
   s.frame = frame_;
   add_particles(particles_, s);
   if (options_.write.pressure) s.columns.push_back(make_column<float>("pressure", pressure_, 1));
-  if (options_.volume_correction > 0) s.columns.push_back(make_column<double>("volume_correction", std::vector<double>{aim_, uncorrected_.steps, uncorrected_.times}, 1));
+  if (options_.volume_correction > 0)
+    s.columns.push_back(make_column<double>("volume_correction", std::vector<double>{aim_, uncorrected_.steps, uncorrected_.times}, 1));
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;

@@ -90,7 +90,7 @@ struct FaceFilling {
 /// What particles leave beyond a solid side they would get back from their mirror images: it counts on this side.
 template <int D, class Real>
 FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const std::vector<std::uint8_t>& near,
-                                const ActiveBlocks<D>& blocks) {
+                         const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   FaceFilling filling{std::vector<float>(blocks.size()), std::vector<float>(blocks.size())};
   const auto is_solid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };
