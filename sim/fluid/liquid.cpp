@@ -264,7 +264,7 @@ class Liquid final : public Simulation {
   static constexpr double kCorrectionTime = 0.16;
   /// Only the inside can be corrected. What the cells beside the surface have too much, or too little, it makes up for: its aim follows the
   /// volume's drift with this part of the gain, and no farther than this.
-  static constexpr double kPartToAim = 0.1, kFarthestAim = 0.1;
+  static constexpr double kPartToAim = 0.2, kFarthestAim = 0.1;
   Options options_;
   double fps_;
   base::Vec3 gravity_;
