@@ -29,7 +29,7 @@ FAULTS = [
     ("a solid beside the surface counts for nothing", SURFACE, "if (solid && is_solid(image)) continue;", "if (solid && (@ || is_solid(image))) continue;", ""),
     ("a film's surface where the average is half", SURFACE, "film.above >= 0) far = 0.5f - film.height;", "film.above >= 0 && !@) far = 0.5f - film.height;", ""),
     ("the top of deep liquid beside a wall is a film", SURFACE, "if (low - high > slope)", "if (@ || low - high > slope)", ""),
-    ("films are foam", SURFACE, "is_film(std::size_t(at), cells) ? on_walls", "!@ && is_film(std::size_t(at), cells) ? on_walls", ""),
+    ("films are foam", SURFACE, "cells.film_at(std::size_t(at)) > 0 ? on_walls", "!@ && cells.film_at(std::size_t(at)) > 0 ? on_walls", ""),
     ("thin liquid on the floor falls on", STEP, "std::min(sign * now, std::max(was, Real(fastest[a])))", "(@ ? sign * now : std::min(sign * now, std::max(was, Real(fastest[a]))))", ""),
     ("a frame's first step takes back what four do", LIQUID, "std::clamp(std::max(uncorrected_.steps, uncorrected_.times), 1.0,", "std::clamp(@ ? 4.0 : std::max(uncorrected_.steps, uncorrected_.times), 1.0,", ""),
     ("cells on top stay liquid", SURFACE, "become(outside, CellKind::air);", "become(outside, @ ? CellKind::liquid : CellKind::air);", ""),

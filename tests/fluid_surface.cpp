@@ -37,7 +37,7 @@ class Pool {
   static int level(int, int j) { return j < kLevel ? kFull : 0; }
   std::size_t at(int i, int j) const { return std::size_t(blocks.index({i, j})); }
   bool is_liquid(int i, int j) const { return cells.kind[at(i, j)] == CellKind::liquid; }
-  bool is_film(int i, int j) const { return !cells.film.empty() && cells.film[at(i, j)] > 0; }
+  bool is_film(int i, int j) const { return cells.film_at(at(i, j)) > 0; }
   bool is_thin(int i, int j) const { return std::count(cells.thin.begin(), cells.thin.end(), at(i, j)) == 1; }
 
  private:

@@ -24,7 +24,7 @@ double inverse_theta(const LiquidCells<D>& cells, int axis, std::ptrdiff_t liqui
   constexpr double kLeastBesideFilm = 0.5;
   if (cells.distance.empty() || air < 0) return 1;
   const double t = theta(cells.distance[std::size_t(liquid)], cells.distance[std::size_t(air)]);
-  const int film = cells.film.empty() ? 0 : cells.film[std::size_t(liquid)];
+  const int film = cells.film_at(std::size_t(liquid));
   return 1 / (film > 0 && film != axis + 1 ? std::max(t, kLeastBesideFilm) : t);
 }
 

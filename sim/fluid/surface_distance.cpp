@@ -266,11 +266,6 @@ void set_films(const std::vector<float>& filling, const std::vector<std::uint8_t
   for (const std::size_t i : films) cells.film[i] = std::uint8_t(1 + film_of(i, filling, cells.kind, blocks).axis);
 }
 
-template <int D>
-bool is_film(std::size_t i, const LiquidCells<D>& cells) {
-  return !cells.film.empty() && cells.film[i] > 0;
-}
-
 /// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
 template <int D>
 std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
@@ -297,7 +292,7 @@ std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const std::v
                                   filling.mean[std::size_t(j)] > kInside);
       }
     return on_liquid && distance_of(i, filling.mean, cells.kind, blocks) > kBeside &&
-           !(is_film(i, cells) && filling.on_walls[i] > kInside);
+           !(cells.film_at(i) > 0 && filling.on_walls[i] > kInside);
   });
 }
 
@@ -323,7 +318,7 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
         if (!is_liquid(at)) continue;
         int weight = 1;
         for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight *= rest % 3 == 1 ? 2 : 1;
-        const float packed = is_film(std::size_t(at), cells) ? on_walls[std::size_t(at)] : 0;
+        const float packed = cells.film_at(std::size_t(at)) > 0 ? on_walls[std::size_t(at)] : 0;
         sum += float(weight) * std::max(count[std::size_t(at)], packed);
         weights += weight;
       }

@@ -16,14 +16,17 @@ struct LiquidCells {
   std::vector<std::size_t> thin;     // air cells whose particles fly as they did: their faces keep the velocity that P2G and forces gave them
   OpenFaces<D> open;
   std::array<std::array<bool, 2>, std::size_t(D)> open_sides{};   // of the domain: beyond them is air
+  /// Of a cell, as `film` has it.
+  int film_at(std::size_t i) const { return film.empty() ? 0 : film[i]; }
 };
 
 /// The free surface: `distance` of all cells, and of `kind` (as classify_cells has it) the last word on cells at the surface.
 ///
 /// Distance [cells] is signed, below 0 in liquid cells and above 0 in air, where a liquid and an air cell meet; elsewhere -1 and 1, and 0 in solid
-/// cells. The surface is where cells are half full: their filling averaged with weights 1, 2, 1 along every axis over cells that are not solid. A
-/// cell's filling is what P2G left on its faces over what it leaves there in full liquid: particles that cross a cell's side change it by little,
-/// where their count jumps. So level liquid stays level, beside walls too, at any height and however its particles lie.
+/// cells. The surface is where cells are half full: their filling averaged with weights 1, 2, 1 along every axis, a solid being the mirror image of
+/// what is on this side; a film, between a solid and air, is as thick as the averages of its column are in sum. A cell's filling is what P2G left on
+/// its faces over what it leaves there in full liquid: particles that cross a cell's side change it by little, where their count jumps. So level
+/// liquid stays level, beside walls too, at any height and however its particles lie.
 ///
 /// Which cells are liquid the average has a say in, both ways. An air cell that it puts well inside is liquid: a gap that chance left between
 /// particles, and no bubble that a splash took in. A cell with particles that it puts outside is air, if beside it is liquid that is inside: what is
