@@ -1,6 +1,7 @@
 #pragma once
 // Pressure equations on dense arrays, for tests and benchmarks: every number can be looked up cell by cell, and the residual is computed
 // without any of the solver's code.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -115,19 +116,18 @@ struct DensePoisson {
     p.cells = cells, p.periodic = periodic;
     Cell<D> tiles;
     for (std::size_t a = 0; a < D; ++a) tiles[a] = (cells[a] + T::kEdge - 1) / T::kEdge;
-    DensePoisson<D> all(tiles);
-    all.for_cells([&](const Cell<D>& tile, std::size_t) {
+    DensePoisson<D> all(tiles);   // kinds of whole tiles: solid outside
+    all.for_cells([&](const Cell<D>& tile, std::size_t n) {
       bool any = false;
-      visit(tile, [&](const Cell<D>&, int, std::size_t i) { any = any || kind[i] == PoissonCell::unknown; });
+      visit_rows(tile, [&](int, std::size_t i, int count) {
+        for (int l = 0; l < count; ++l) {
+          any = any || kind[i + std::size_t(l)] == PoissonCell::unknown;
+          if (kind[i + std::size_t(l)] == PoissonCell::air) all.kind[n] = PoissonCell::air;
+        }
+      });
       if (any) p.tiles.push_back(tile);
     });
-    p.elsewhere = [this](const Cell<D>& tile) {
-      PoissonCell found = PoissonCell::solid;
-      visit(tile, [&](const Cell<D>&, int, std::size_t i) {
-        if (kind[i] == PoissonCell::air) found = PoissonCell::air;
-      });
-      return found;
-    };
+    p.elsewhere = [all = std::move(all)](const Cell<D>& tile) { return all.inside(tile) ? all.kind[all.index(tile)] : PoissonCell::solid; };
     p.fill = [this](const Cell<D>& tile, PoissonTile<D>& to) { fill(tile, to); };
     return p;
   }
@@ -136,30 +136,31 @@ struct DensePoisson {
   std::vector<double> gathered(const PoissonProblem<D>& p, const Solver& solver) const {
     std::vector<double> x(kind.size(), 0.0);
     for (std::size_t n = 0; n < p.tiles.size(); ++n)
-      visit(p.tiles[n], [&](const Cell<D>&, int local, std::size_t i) { x[i] = solver.solution(n)[std::size_t(local)]; });
+      visit_rows(p.tiles[n], [&](int at, std::size_t i, int count) { std::copy_n(solver.solution(n).data() + at, count, x.data() + i); });
     return x;
   }
 
  private:
-  /// visit(cell, place in the tile, index) of a tile's cells inside the box.
+  /// visit(place in the tile, index, how many) of the rows of a tile inside the box, or of as many planes and rows.
   template <class Visit>
-  void visit(const Cell<D>& tile, const Visit& to) const {
+  void visit_rows(const Cell<D>& tile, const Visit& to) const {
     using T = Tile<D>;
+    const int first = tile[D - 1] * T::kEdge, count = std::min(T::kEdge, cells[D - 1] - first);
     for (int p = 0; p < T::kPlanes; ++p)
-      for (int r = 0; r < T::kEdge; ++r)
-        for (int l = 0; l < T::kEdge; ++l) {
-          Cell<D> at;
-          at[D - 1] = tile[D - 1] * T::kEdge + l, at[D - 2] = tile[D - 2] * T::kEdge + r;
-          if constexpr (D == 3) at[0] = tile[0] * T::kEdge + p;
-          if (inside(at)) to(at, T::cell(p, r, l), index(at));
-        }
+      for (int r = 0; r < T::kEdge; ++r) {
+        Cell<D> at;
+        at[D - 1] = first, at[D - 2] = tile[D - 2] * T::kEdge + r;
+        if constexpr (D == 3) at[0] = tile[0] * T::kEdge + p;
+        if (inside(at)) to(T::cell(p, r, 0), index(at), count);
+      }
   }
   void fill(const Cell<D>& tile, PoissonTile<D>& to) const {
     to.kind.fill(PoissonCell::solid), to.extra.fill(0), to.rhs.fill(0);
     for (auto& axis : to.face) axis.fill(0);
-    visit(tile, [&](const Cell<D>&, int local, std::size_t i) {
-      const auto at = std::size_t(local);
-      to.kind[at] = kind[i], to.extra[at] = extra[i], to.rhs[at] = rhs[i];
+    visit_rows(tile, [&](int at, std::size_t i, int count) {
+      std::copy_n(kind.data() + i, count, to.kind.data() + at);
+      std::copy_n(extra.data() + i, count, to.extra.data() + at);
+      std::copy_n(rhs.data() + i, count, to.rhs.data() + at);
     });
     fill_faces<D - 1>(tile, to);
     fill_faces<D - 2>(tile, to);
@@ -168,16 +169,21 @@ struct DensePoisson {
   template <int axis>
   void fill_faces(const Cell<D>& tile, PoissonTile<D>& to) const {
     using T = Tile<D>;
+    const int first = tile[D - 1] * T::kEdge, here = T::kEdge + (axis == D - 1), count = std::min(here, cells[D - 1] - first);
     for (int p = 0; p < T::kPlanes + (D == 3 && axis == 0); ++p)
-      for (int r = 0; r < T::kEdge + (axis == D - 2); ++r)
-        for (int l = 0; l < T::kEdge + (axis == D - 1); ++l) {
-          Cell<D> at;
-          at[D - 1] = tile[D - 1] * T::kEdge + l, at[D - 2] = tile[D - 2] * T::kEdge + r;
-          if constexpr (D == 3) at[0] = tile[0] * T::kEdge + p;
-          // The face behind the last cell of a periodic axis is that before the first.
-          if (periodic[axis] && at[axis] == cells[axis]) at[axis] = 0;
-          if (inside(at)) to.face[axis][std::size_t(T::template face<axis>(p, r, l))] = face[axis][index(at)];
-        }
+      for (int r = 0; r < T::kEdge + (axis == D - 2); ++r) {
+        Cell<D> at;
+        at[D - 1] = first, at[D - 2] = tile[D - 2] * T::kEdge + r;
+        if constexpr (D == 3) at[0] = tile[0] * T::kEdge + p;
+        // The face behind the last cell of a periodic axis is that before the first.
+        if (axis != D - 1 && periodic[axis] && at[axis] == cells[axis]) at[axis] = 0;
+        if (!inside(at)) continue;
+        float* const row = to.face[axis].data() + T::template face<axis>(p, r, 0);
+        std::copy_n(face[axis].data() + index(at), count, row);
+        if (axis != D - 1 || !periodic[axis] || count == here) continue;
+        at[axis] = 0;
+        row[count] = face[axis][index(at)];
+      }
   }
 };
 

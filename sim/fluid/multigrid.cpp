@@ -111,6 +111,7 @@ void apply_tiles(const Level<D>& level, const Vector& x, std::size_t begin, std:
   Padded<D, double> padded;
   for (std::size_t n = begin; n < end; ++n) {
     padded.load(level, x.data(), std::int32_t(n));
+    Padded<D, double>::call_for(level, x.data(), n + kTilesAhead);
     const std::size_t first = n * std::size_t(Tile<D>::kCells);
     if (const TileCoefficients<D>* k = level.coefficients[n].get())
       visit_lanes<D, double>(padded, k, double(level.face), [&](int at, const L::V& own, const L::V& Ax) {

@@ -74,6 +74,7 @@ double smooth_tiles(const Level<D>& level, const std::vector<float>& from, float
     Padded<D, float> x;
     for (std::size_t n = begin; n < end; ++n) {
       x.load(level, from.data(), std::int32_t(n));
+      Padded<D, float>::call_for(level, from.data(), n + kTilesAhead);
       const TileCoefficients<D>* k = level.coefficients[n].get();
       const float* b = level.b.data() + level.begin(std::int32_t(n));
       float* out = to.data() + level.begin(std::int32_t(n));
@@ -121,6 +122,7 @@ void restrict_residual(Level<D>& level, const std::vector<float>& from) {
     alignas(64) float residual[T::kCells];
     for (std::size_t n = begin; n < end; ++n) {
       x.load(level, from.data(), std::int32_t(n));
+      Padded<D, float>::call_for(level, from.data(), n + kTilesAhead);
       const TileCoefficients<D>* k = level.coefficients[n].get();
       const float* b = level.b.data() + level.begin(std::int32_t(n));
       using L = Lanes<float>;
