@@ -29,18 +29,30 @@ auto places_around(std::size_t i, const ActiveBlocks<D>& blocks) {
 /// Averaged over the cells around one. A solid counts as what is on this side of it: its mirror image.
 template <int D, class Places>
 double mean_filling(const Places& places, const std::vector<float>& filling, const std::vector<CellKind>& kind) {
-  constexpr int kMiddle = ActiveBlocks<D>::kNeighbours / 2;
-  const auto is_solid = [&](int n) { return places[std::size_t(n)] >= 0 && kind[std::size_t(places[std::size_t(n)])] == CellKind::solid; };
-  double sum = 0, weights = 0;
-  for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
-    int weight = 1, image = n;
-    const bool solid = is_solid(n);
-    for (int a = 0, rest = n, step = 1; a < D; ++a, rest /= 3, step *= 3) {
-      weight *= rest % 3 == 1 ? 2 : 1;
-      const int towards = rest % 3 - 1;
-      if (solid && towards != 0 && is_solid(kMiddle + towards * step)) image -= towards * step;
+  constexpr int kAll = ActiveBlocks<D>::kNeighbours, kMiddle = kAll / 2;
+  static constexpr std::array<int, std::size_t(kAll)> kWeight = [] {
+    std::array<int, std::size_t(kAll)> weight{};
+    for (int n = 0; n < kAll; ++n) {
+      weight[std::size_t(n)] = 1;
+      for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight[std::size_t(n)] *= rest % 3 == 1 ? 2 : 1;
     }
-    if (solid && is_solid(image)) continue;   // an edge of a solid
+    return weight;
+  }();
+  std::array<bool, std::size_t(kAll)> is_solid;
+  bool any_solid = false;
+  for (std::size_t n = 0; n < std::size_t(kAll); ++n) {
+    is_solid[n] = places[n] >= 0 && kind[std::size_t(places[n])] == CellKind::solid;
+    any_solid |= is_solid[n];
+  }
+  double sum = 0, weights = 0;
+  for (int n = 0; n < kAll; ++n) {
+    int image = n;
+    if (any_solid && is_solid[std::size_t(n)]) {
+      for (int a = 0, rest = n, step = 1; a < D; ++a, rest /= 3, step *= 3)
+        if (const int towards = rest % 3 - 1; towards != 0 && is_solid[std::size_t(kMiddle + towards * step)]) image -= towards * step;
+      if (is_solid[std::size_t(image)]) continue;   // an edge of a solid
+    }
+    const int weight = kWeight[std::size_t(n)];
     sum += weight * double(value_at(filling, places[std::size_t(image)], 0.0f));
     weights += weight;
   }
@@ -354,15 +366,19 @@ template <int D>
 std::vector<float> excess_filling(const std::vector<float>& filling, double aim, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   std::vector<float> excess(blocks.size());
-  const auto meets_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air || (!cells.distance.empty() && std::abs(cells.distance[i]) < 1); };
+  // What may not be around a cell inside: air, what meets it, and what a collider cuts.
+  std::vector<std::uint8_t> is_rim(blocks.size());
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (cells.kind[i] != CellKind::liquid) continue;
+      const bool meets_air = cells.kind[i] == CellKind::air || (!cells.distance.empty() && std::abs(cells.distance[i]) < 1);
+      is_rim[i] = cells.kind[i] != CellKind::solid && (meets_air || is_cut(i, cells, blocks));
+    }
+  });
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
+      if (cells.kind[i] != CellKind::liquid || is_rim[i]) continue;
       const auto places = places_around<D>(i, blocks);
-      const bool inside = std::all_of(places.begin(), places.end(), [&](std::ptrdiff_t at) {
-        const auto near = std::size_t(at);
-        return at >= 0 && (cells.kind[near] == CellKind::solid || (!meets_air(near) && !is_cut(near, cells, blocks)));
-      });
+      const bool inside = std::all_of(places.begin(), places.end(), [&](std::ptrdiff_t at) { return at >= 0 && !is_rim[std::size_t(at)]; });
       if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - aim, -kMostExcess, kMostExcess));
     }
   });
