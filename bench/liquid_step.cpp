@@ -65,7 +65,7 @@ void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel k
   double iterations = 0;
   int steps = 0;
   const auto advance = [&] {
-    step.scatter(particles, ledger);
+    step.scatter(particles, dt, ledger);
     step.project(dt * base::Vec3(0, 0, -9.81), ledger);
     if (steps++ % 4 == 0) step.correct_volume(0.34, 1, ledger);
     step.gather({}, particles, ledger);

@@ -130,7 +130,7 @@ void liquid(benchmark::State& state) {
   Cost cost;
   const auto advance = [&] {
     const auto start = Clock::now();
-    step.scatter(particles, ledger);
+    step.scatter(particles, kCell, ledger);
     step.project(kCell * base::Vec3(0, 0, -9.81), ledger);
     step.gather({}, particles, ledger);
     step.move(kCell, particles, ledger);

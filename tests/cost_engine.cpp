@@ -200,7 +200,7 @@ TEST(CostPasses, ShowTwiceTheCallsOfAPassThatWorksTwice) {
     auto particles = sim::seed_particles<2, double>(scene, lattice, solids, int(step.transfer().modes().size()));
     base::Ledger ledger;
     for (int s = 0; s < 5; ++s) {
-      step.scatter(particles, ledger);
+      step.scatter(particles, 0, ledger);
       step.project(base::Vec3::Zero(), ledger);
       for (int g = 0; g < gathers; ++g) step.gather({}, particles, ledger);
       step.move(0.01, particles, ledger);

@@ -186,12 +186,10 @@ TEST(FluidWave, TheWatchLeavesReflectionWhereTheVolumeIsCorrected) {
 TEST(FluidSplitting, ReflectsUnderAnUpperFloorAsOnALowerOne) {
   Scene scene = tank(2, 0.04, kRungs[2], base::Vec3(0, 0.1, 0), base::Vec3(0.4, 0.5, 0));
   scene.effects.front().acceleration.y() = 9.81;
-  std::int64_t steps = 0, fallbacks = 0;
-  for (const Totals& t : run(scene, 12)) {
-    steps += t.substeps, fallbacks += t.splitting_fallbacks;
-    EXPECT_GE(t.potential_energy, 0);
+  for (const Totals& t : run(scene, 6)) {   // until it meets the wall
+    EXPECT_EQ(t.splitting_fallbacks, 0) << t.time;
+    EXPECT_GE(t.potential_energy, 0) << t.time;
   }
-  EXPECT_LT(2 * fallbacks, steps);
 }
 
 // All on the floor, at rest, and each turning: what they bring to the faces is 0 only to its own rounding.
@@ -220,7 +218,6 @@ TEST(FluidFilm, SpreadsOnTheFloorAndKeepsItsVolume) {
 // A particle or less on every cell of the floor: it lies there and cannot fall, and the face over it must not.
 TEST(FluidFilm, OfAQuarterOfACellGathersNoSpeed) {
   for (const Rung& rung : kRungs) {
-    if (rung.kernel != Kernel::linear) continue;   // the quadratic one reaches over the next face, which spray must leave free
     std::int64_t steps = 0;
     for (const Totals& t : run(tank(2, 0.02, rung, base::Vec3(0.25, 0, 0), base::Vec3(0.77, 0.005, 0)), 96)) {
       EXPECT_LT(t.kinetic_energy, 0.2 * 9.81 * 0.02 * t.mass) << rung.name << " " << t.time;
@@ -228,6 +225,25 @@ TEST(FluidFilm, OfAQuarterOfACellGathersNoSpeed) {
     }
     EXPECT_LT(steps, 200) << rung.name;
   }
+}
+
+// No pressure acts in it: what stops it is the rule of thin liquid before a solid. Its particles would keep their speed in their modes, and stick.
+TEST(FluidFilm, ThatFliesAtACeilingStopsThereAndFalls) {
+  for (const int dimension : {2, 3})
+    for (const Rung& rung : kRungs) {
+      Scene scene = dimension == 2 ? tank(2, 0.02, rung, base::Vec3(0.25, 0.41, 0), base::Vec3(0.75, 0.415, 0))
+                                   : tank(3, 0.02, rung, base::Vec3(0.25, 0, 0.41), base::Vec3(0.75, 0.2, 0.415));
+      (dimension == 2 ? scene.bodies.front().velocity.y() : scene.bodies.front().velocity.z()) = 20;
+      const std::vector<Totals> history = run(scene, 10);
+      std::int64_t steps = 0;
+      for (std::size_t f = 1; f < history.size(); ++f) {
+        steps += history[f].substeps;
+        EXPECT_EQ(history[f].steps_by_impact, 0) << rung.name << " " << dimension << " " << history[f].time;
+        EXPECT_LT(history[f].largest_coefficient, f > 1 ? 4 : 20) << rung.name << " " << dimension << " " << history[f].time;
+      }
+      EXPECT_LT(steps, 60) << rung.name << " " << dimension;
+      EXPECT_GT(history.back().max_speed, 2) << rung.name << " " << dimension;
+    }
 }
 
 /// Mean of the last second.

@@ -203,7 +203,7 @@ TEST(Watch, SumsFacesOfALiquidAsItsParticles) {
       sum += base::Vec3(1 + double(p % 7), -2, 0);
     }
     base::Ledger ledger;
-    step.scatter(particles, ledger);
+    step.scatter(particles, 1e-3, ledger);
     const double n = double(particles.size());
     ASSERT_GT(n, 200);
     EXPECT_NEAR(step.scattered_sums().mass[0], n, 1e-5 * n);

@@ -105,18 +105,19 @@ class Liquid final : public Simulation {
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
-    step_.scatter(particles_, ledger);
     const Motion motion = motion_of_particles(ledger);
-    check_momentum(motion);
+    check_finite(motion);
     double dt = first_guess(left, motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
+    step_.scatter(particles_, reflects ? dt / 2 : dt, ledger);
+    check_momentum(motion);
     if (reflects) {
       const double half = project(dt / 2, [&](double) -> base::Vec3 { return base::Vec3::Zero(); }, ledger);
       add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
       step_.move(half, particles_, ledger);
-      step_.scatter(particles_, ledger);
+      step_.scatter(particles_, half, ledger);
       const double rest = project(dt / 2 < half ? dt / 2 : half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
       finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
@@ -181,11 +182,14 @@ class Liquid final : public Simulation {
                                 "raise sim.cfl or shot.fps, or take a coarser sim.cell"});
   }
 
+  void check_finite(const Motion& particles) const {
+    if (std::isfinite(particles.momentum.sum())) return;
+    for (std::size_t p = 0; p < particles_.size(); ++p)
+      if (!particles_.velocity(p).allFinite())
+        throw Unstable(frame_ + 1, {"finite", fmt::format("sort: particle {} at {} has no finite velocity", particles_.id[p], place_text(particles_.cell[p], particles_.place(p))), kSmallerSteps});
+  }
+
   void check_momentum(const Motion& particles) const {
-    if (!std::isfinite(particles.momentum.sum()))
-      for (std::size_t p = 0; p < particles_.size(); ++p)
-        if (!particles_.velocity(p).allFinite())
-          throw Unstable(frame_ + 1, {"finite", fmt::format("sort: particle {} at {} has no finite velocity", particles_.id[p], place_text(particles_.cell[p], particles_.place(p))), kSmallerSteps});
     const double mass = particles_.mass * double(particles_.size());
     base::Vec3 masses = base::Vec3::Zero();
     masses.head<D>().setConstant(mass);

@@ -17,20 +17,20 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
   return std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + particles.row() * sizeof(Real)));
 }
 
-/// Thin liquid on a solid falls no faster than across its cell: `v` has been pushed from `before` [m/s]. Without pressure nothing else would end the
-/// fall of the face over a particle that lies on the floor and cannot.
+/// Thin liquid that flies at a solid, with air behind it, is stopped while it crosses the cell before it. No pressure does that, and particles that lie at the solid keep the
+/// speed of the cell's far face in their modes: gravity would feed it for ever, and what an impact left there would shorten every step.
 template <int D, class Real>
-void end_falls(FaceField<D, Real>& v, const FaceField<D, Real>& before, const base::Vec3& push, const Vec<D, double>& fastest, const LiquidCells<D>& cells,
-               const ActiveBlocks<D>& blocks) {
+void stop_at_solids(FaceField<D, Real>& v, double crossing, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const auto kind_of = [&](std::ptrdiff_t j) { return value_at(cells.kind, j, CellKind::air); };
   for (const std::size_t i : cells.thin)
-    for (int a = 0; a < D; ++a) {
-      const int down = push[a] < 0 ? 0 : 1;
-      const std::ptrdiff_t below = blocks.neighbour(i, a, down), over = down == 0 ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
-      if (push[a] == 0 || over < 0 || value_at(cells.kind, below, CellKind::air) != CellKind::solid) continue;
-      const Real sign = push[a] < 0 ? -1 : 1, was = sign * before[a][std::size_t(over)];
-      Real& now = v[a][std::size_t(over)];
-      now = sign * std::min(sign * now, std::max(was, Real(fastest[a])));
-    }
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1}) {
+        const std::ptrdiff_t upper = blocks.neighbour(i, a, 1), far = side ? std::ptrdiff_t(i) : upper, at = side ? upper : std::ptrdiff_t(i);
+        if (far < 0 || kind_of(blocks.neighbour(i, a, side)) != CellKind::solid || kind_of(blocks.neighbour(i, a, 1 - side)) != CellKind::air) continue;
+        const double solid = at < 0 ? 0 : cells.open.pushed(a, std::size_t(at)), sign = side ? 1 : -1;
+        const double towards = sign * (double(v[a][std::size_t(far)]) - solid);
+        if (towards > 0) v[a][std::size_t(far)] = Real(solid + sign * towards / (1 + towards * crossing));
+      }
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ int FluidStep<D, Real>::layers() const {
 }
 
 template <int D, class Real>
-void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& ledger) {
+void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base::Ledger& ledger) {
   displaces_ = departed_ = false;
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
@@ -100,6 +100,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, base::Ledger& le
       }, [](const Sums& s, const Sums& t) { return Sums{s.mass + t.mass, s.momentum + t.momentum}; });
       scattered_sums_.mass[a] = sums.mass, scattered_sums_.momentum[a] = sums.momentum;
     }
+    stop_at_solids(grid_.velocity, dt / options_.cell, cells_, blocks_);
     extrapolate(grid_.velocity, valid_, blocks_, options_.transfer == Transfer::flip ? layers() : kShallow);
     scattered_ = grid_.velocity;
   }
@@ -120,7 +121,6 @@ double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger)
         for (std::size_t i = begin; i < end; ++i) grid_.velocity[a][i] = scattered_[a][i] + change;
       });
     }
-    end_falls<D, Real>(grid_.velocity, scattered_, push, (2 * options_.cell * down_.head<D>().cwiseAbs()).cwiseSqrt(), cells_, blocks_);
   }
   if (!push.isZero(0)) audit("forces", grid_.velocity, ledger);
   PressureReport report;

@@ -1,7 +1,7 @@
 #pragma once
 // One step of an incompressible fluid, pass by pass: particles -> grid, forces and projection, grid -> particles, motion.
 //
-//   step.scatter(particles, ledger);                  sort, P2G, which cells are liquid
+//   step.scatter(particles, dt, ledger);              sort, P2G, which cells are liquid
 //   step.project(dt * g, ledger);                     v* = v + dt g, then without divergence; again with another dt if it must be
 //   step.gather(rule, particles, ledger);             G2P
 //   step.move(dt, particles, ledger);                 motion, contact, carry
@@ -38,7 +38,8 @@ class FluidStep {
   /// they are is asked in `scatter`, and again in `move`, when they should be where that motion ends.
   FluidStep(const Options&, const Solids<D>& solids, bool free_surface);
 
-  void scatter(Particles<D, Real>&, base::Ledger&);
+  /// `dt` [s] is how long the step will be, or the part of it that begins here: how far thin liquid flies that a solid stops.
+  void scatter(Particles<D, Real>&, double dt, base::Ledger&);
   /// `push` [m/s] is what forces add to the velocity of the whole fluid. Returns the speed of the fastest face component [m/s]. Starts from what
   /// `scatter` left, so it may be called again.
   double project(const base::Vec3& push, base::Ledger&);

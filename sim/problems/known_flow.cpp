@@ -86,7 +86,7 @@ std::vector<Vec<D, double>> KnownFlow<D, Real>::places() const {
 template <int D, class Real>
 void KnownFlow<D, Real>::fit_to_walls() {
   base::Ledger unused;
-  step_.scatter(particles_, unused);
+  step_.scatter(particles_, 0, unused);
   step_.project(base::Vec3::Zero(), unused);
   step_.gather({}, particles_, unused);
   step_.clear_counts();
@@ -96,7 +96,7 @@ template <int D, class Real>
 void KnownFlow<D, Real>::part(double length, bool mirror, base::Ledger& ledger) {
   const GatherRule rule{options_.transfer == Transfer::flip, std::exp(-length / flip_time_)};
   step_.move(length, particles_, ledger);
-  step_.scatter(particles_, ledger);
+  step_.scatter(particles_, length, ledger);
   step_.project(base::Vec3::Zero(), ledger);
   if (mirror) step_.gather_reflected(rule, particles_, ledger);
   else step_.gather(rule, particles_, ledger);
