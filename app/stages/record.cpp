@@ -27,7 +27,7 @@ Json array(const base::Vec3& v, std::string_view name) { return {finite(v.x(), n
 
 base::Vec3 vector(const Json& json) { return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()}; }
 
-// Counters that stand in the record alone.
+// Counters that stand in the record; in run.json those alone that put_totals names.
 constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"pushed_out", &sim::Totals::pushed_out},
                                                                             {"left", &sim::Totals::left},
                                                                             {"dropped_modes", &sim::Totals::dropped_modes},
@@ -65,6 +65,7 @@ void put_totals(const sim::Totals& totals, Json& out) {
   put("gravity_work", totals.gravity_work);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   if (totals.imbalance) put("imbalance", *totals.imbalance);
+  if (totals.splitting_fallbacks > 0) out["splitting_fallbacks"] = totals.splitting_fallbacks;
   for (const auto& [stage, change] : totals.energy_changes) out["energy_changes"][stage] = finite(change, stage);
   out["state_hash"] = hex16(totals.state_hash);
 }
