@@ -16,7 +16,7 @@ constexpr float kWithin = 0.999f;
 /// How many standard deviations, of particles that lie at random, below its seeding liquid counts as thin.
 constexpr double kThinDeviations = 2.7;
 /// The average of fillings from which on air counts as a gap in the liquid: around one cell without particles, or two, and around no bubble.
-constexpr float kGap = 0.63f;
+constexpr float kGap = 0.642f;
 constexpr std::size_t kBlocksAtOnce = 64;
 
 template <int D>
