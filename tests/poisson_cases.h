@@ -141,7 +141,7 @@ struct DensePoisson {
   }
 
  private:
-  /// visit(place in the tile, index, how many) of the rows of a tile inside the box, or of as many planes and rows.
+  /// visit(place in the tile, index, how many) of the rows of a tile, as far as they lie inside the box.
   template <class Visit>
   void visit_rows(const Cell<D>& tile, const Visit& to) const {
     using T = Tile<D>;

@@ -17,8 +17,9 @@ std::int64_t bytes_of(const Particles<D, Real>& particles) {
   return std::int64_t(particles.size() * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + particles.row() * sizeof(Real)));
 }
 
-/// Thin liquid that flies at a solid, with air behind it, is stopped while it crosses the cell before it. No pressure does that, and particles that lie at the solid keep the
-/// speed of the cell's far face in their modes: gravity would feed it for ever, and what an impact left there would shorten every step.
+/// Thin liquid that flies at a solid, with air behind it, is stopped while it crosses the cell before it; `crossing` is the step over a cell's edge
+/// [s/m]. No pressure does that, and particles that lie at the solid keep the speed of the cell's far face in their modes: gravity would feed it for
+/// ever, and what an impact left there would shorten every step.
 template <int D, class Real>
 void stop_at_solids(FaceField<D, Real>& v, double crossing, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   const auto kind_of = [&](std::ptrdiff_t j) { return value_at(cells.kind, j, CellKind::air); };

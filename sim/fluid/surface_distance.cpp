@@ -26,18 +26,21 @@ auto places_around(std::size_t i, const ActiveBlocks<D>& blocks) {
   return blocks.template places<3>(lower);
 }
 
+/// 1, 2, 1 along each axis, of the cells around one.
+template <int D>
+constexpr std::array<int, std::size_t(ActiveBlocks<D>::kNeighbours)> kWeights = [] {
+  std::array<int, std::size_t(ActiveBlocks<D>::kNeighbours)> weights{};
+  for (int n = 0; n < int(weights.size()); ++n) {
+    weights[std::size_t(n)] = 1;
+    for (int a = 0, rest = n; a < D; ++a, rest /= 3) weights[std::size_t(n)] *= rest % 3 == 1 ? 2 : 1;
+  }
+  return weights;
+}();
+
 /// Averaged over the cells around one. A solid counts as what is on this side of it: its mirror image.
 template <int D, class Places>
 double mean_filling(const Places& places, const std::vector<float>& filling, const std::vector<CellKind>& kind) {
   constexpr int kAll = ActiveBlocks<D>::kNeighbours, kMiddle = kAll / 2;
-  static constexpr std::array<int, std::size_t(kAll)> kWeight = [] {
-    std::array<int, std::size_t(kAll)> weight{};
-    for (int n = 0; n < kAll; ++n) {
-      weight[std::size_t(n)] = 1;
-      for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight[std::size_t(n)] *= rest % 3 == 1 ? 2 : 1;
-    }
-    return weight;
-  }();
   std::array<bool, std::size_t(kAll)> is_solid;
   bool any_solid = false;
   for (std::size_t n = 0; n < std::size_t(kAll); ++n) {
@@ -52,7 +55,7 @@ double mean_filling(const Places& places, const std::vector<float>& filling, con
         if (const int towards = rest % 3 - 1; towards != 0 && is_solid[std::size_t(kMiddle + towards * step)]) image -= towards * step;
       if (is_solid[std::size_t(image)]) continue;   // an edge of a solid
     }
-    const int weight = kWeight[std::size_t(n)];
+    const int weight = kWeights<D>[std::size_t(n)];
     sum += weight * double(value_at(filling, places[std::size_t(image)], 0.0f));
     weights += weight;
   }
@@ -328,8 +331,7 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
       for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
         const std::ptrdiff_t at = places[std::size_t(n)];
         if (!is_liquid(at)) continue;
-        int weight = 1;
-        for (int a = 0, rest = n; a < D; ++a, rest /= 3) weight *= rest % 3 == 1 ? 2 : 1;
+        const int weight = kWeights<D>[std::size_t(n)];
         const float packed = cells.film_at(std::size_t(at)) > 0 ? on_walls[std::size_t(at)] : 0;
         sum += float(weight) * std::max(count[std::size_t(at)], packed);
         weights += weight;
