@@ -73,22 +73,38 @@ struct Vectors {
   }
   /// Adds all lines to numbers in memory.
   HWY_INLINE void add_to(float* HWY_RESTRICT to) const { (load(to) + *this).store(to); }
-  /// Adds the first `lines` of four, `step` numbers from one to the next.
+  /// Adds the first `lines`, `step` numbers from one to the next.
   template <int lines>
   HWY_INLINE void add_to(float* HWY_RESTRICT to, int step) const {
-    static_assert(lines >= 2 && kLines == 4);
-    constexpr hn::FixedTag<float, 8> half{};
-    const auto halves = [&](int h) {
-      if constexpr (parts == 2) return part[h];
-      else return h == 0 ? hn::LowerHalf(half, part[0]) : hn::UpperHalf(half, part[0]);
-    };
-    const auto lower = halves(0), upper = halves(1);
-    add_line(to, hn::LowerHalf(kLine, lower)), add_line(to + step, hn::UpperHalf(kLine, lower));
-    if constexpr (lines > 2) add_line(to + 2 * step, hn::LowerHalf(kLine, upper));
-    if constexpr (lines == 4) add_line(to + 3 * step, hn::UpperHalf(kLine, upper));
+    static_assert(lines >= 2 && lines <= kLines);
+    add_line(to, line<0>()), add_line(to + step, line<1>());
+    if constexpr (lines > 2) add_line(to + 2 * step, line<2>());
+    if constexpr (lines > 3) add_line(to + 3 * step, line<3>());
+  }
+  /// Adds the first `pairs` pairs of a number of the first line and one of the second, `step` numbers from one to the next.
+  template <int pairs>
+  HWY_INLINE void add_pairs_to(float* HWY_RESTRICT to, int step) const {
+    static_assert(pairs >= 2 && pairs <= 4);
+    constexpr hn::FixedTag<float, 2> pair{};
+    const auto lower = hn::InterleaveLower(kLine, line<0>(), line<1>()), upper = hn::InterleaveUpper(kLine, line<0>(), line<1>());
+    const auto add = [&](float* at, hn::Vec<decltype(pair)> v) { hn::StoreU(hn::Add(hn::LoadU(pair, at), v), pair, at); };
+    add(to, hn::LowerHalf(pair, lower)), add(to + step, hn::UpperHalf(pair, lower));
+    if constexpr (pairs > 2) add(to + 2 * step, hn::LowerHalf(pair, upper));
+    if constexpr (pairs > 3) add(to + 3 * step, hn::UpperHalf(pair, upper));
   }
 
  private:
+  template <int number>
+  HWY_INLINE hn::Vec<Line> line() const {
+    constexpr hn::FixedTag<float, 8> two{};
+    const auto of_two = [](auto v) SIM_LANES_INLINED {
+      if constexpr (number % 2) return hn::UpperHalf(kLine, v);
+      else return hn::LowerHalf(kLine, v);
+    };
+    if constexpr (kLanes == 8) return of_two(part[number / 2]);
+    else if constexpr (number < 2) return of_two(hn::LowerHalf(two, part[0]));
+    else return of_two(hn::UpperHalf(two, part[0]));
+  }
   template <unsigned numbers>
   HWY_INLINE static hn::Mask<Tag> of_line() {
     static constexpr std::uint8_t kBits[8] = {numbers << 4 | numbers, numbers << 4 | numbers};

@@ -8,6 +8,7 @@
 #define SIM_TRANSFER_SCATTER_LANES_INL_H
 #endif
 
+#include "base/prefetch.h"
 #include "sim/transfer/lanes-inl.h"
 #include "sim/transfer/planes-inl.h"
 
@@ -105,15 +106,15 @@ constexpr auto kNumber = [] {
   return number;
 }();
 
-constexpr std::uint32_t kAhead = 32;   // particles whose rows are called for before they are needed
+constexpr std::uint32_t kAhead = 48;   // particles whose rows are called for before they are needed
 
 /// Calls for the row of a particle to come: it lies where the last sort left it, and no hardware guesses that.
 template <class S>
 HWY_INLINE void prefetch_row(const float* coefficients) {
   const char* const row = reinterpret_cast<const char*>(coefficients);
 #pragma GCC unroll 6
-  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) __builtin_prefetch(row + byte);
-  __builtin_prefetch(row + sizeof(float) * S::kRow - 1);
+  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) base::prefetch(row + byte);
+  base::prefetch(row + sizeof(float) * S::kRow - 1);
 }
 
 /// What particles of one cell bring to nodes: vectors are nodes (i, j) of all k, of each its mass and momenta. A particle's are
@@ -160,8 +161,9 @@ class SumsOnNodes {
       }
     }
   }
-  /// To the tile, from the cell's first node on. A fourth node of a row gets zeros.
-  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t first) const {
+  /// To the tile, at the cell's place in it. A fourth node of a row gets zeros.
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t place) const {
+    const std::ptrdiff_t first = place + S::first_place(0);
 #pragma GCC unroll 3
     for (int i = 0; i < S::n; ++i)
 #pragma GCC unroll 3
@@ -206,16 +208,33 @@ class SumsOnNodes {
   P sum_[S::n][S::n];
 };
 
-/// What particles of one cell bring to the faces of lattice l. A particle's momentum at face (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k):
-/// products of Y and Z are vectors over the plane, coefficients and X are numbers.
+/// How the faces that a cell's particles reach on lattice l lie in vectors: `lines` of up to four along axis `along`, one vector a place of axis
+/// `across`. Two lines, half a vector, where an axis has but two places.
+template <class S, int l>
+struct FacePlanes {
+  static constexpr int across = S::n == 2 && l == 0 ? 1 : 0, line = S::n == 2 ? l : 1, along = 3 - across - line;
+  static constexpr int kWide = S::width(l, across), kLines = S::width(l, line), kLong = S::width(l, along);
+  /// By axis what is given by its part.
+  static constexpr std::array<int, 3> by_axis(int of_across, int of_line, int of_along) {
+    std::array<int, 3> of{};
+    of[across] = of_across, of[line] = of_line, of[along] = of_along;
+    return of;
+  }
+};
+
+/// What particles of one cell bring to the faces of lattice l. A particle's momentum at face (i, j, k) is sum_a X_a(i) sum_bm c_abm Y_b(j) Z_m(k), x
+/// being the axis across, y that of lines: products of Y and Z are vectors over the plane, coefficients and X are numbers.
 template <class S, int l>
 class SumsOnFaces {
+  using At = FacePlanes<S, l>;
+  using P = Plane<(At::kLines > 2 ? 4 : 2)>;
+
  public:
   using Staged = StagedRows<S, false>;
 
   HWY_INLINE SumsOnFaces() {
 #pragma GCC unroll 4
-    for (int i = 0; i < kWide; ++i) mass_[i] = momentum_[i] = P::zero();
+    for (int i = 0; i < At::kWide; ++i) mass_[i] = momentum_[i] = P::zero();
   }
   /// A particle by its number among the staged ones, and its coefficients.
   HWY_INLINE void add(const Staged& rows, std::uint32_t at, const float* c, const float*) {
@@ -225,58 +244,75 @@ class SumsOnFaces {
 #pragma GCC unroll 3
       for (int m = 0; m < S::modes; ++m)
         if (keeps<S::count>(0, b, m))
-          product[b][m] = P::whole_lines(rows.template row<l, 1>(b, at)) * P::same_lines(rows.template row<l, 2>(m, at));
-    const float* const x = rows.template row<l, 0>(0, at);
+          product[b][m] = P::whole_lines(rows.template row<l, At::line>(b, at)) * P::same_lines(rows.template row<l, At::along>(m, at));
+    const float* const x = rows.template row<l, At::across>(0, at);
 #pragma GCC unroll 3
     for (int a = 0; a < S::modes; ++a) {
-      P sum = P::all(c[3 * kNumber<S::count>.of[a][0][0] + l]) * product[0][0];
+      P sum = P::all(c[number(a, 0, 0)]) * product[0][0];
 #pragma GCC unroll 3
       for (int b = 0; b < S::modes; ++b)
 #pragma GCC unroll 3
         for (int m = 0; m < S::modes; ++m)
-          if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[3 * kNumber<S::count>.of[a][b][m] + l]), product[b][m], sum);
+          if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[number(a, b, m)]), product[b][m], sum);
       add_along_x(x + a * Staged::kNext, sum, momentum_);
     }
     add_along_x(x, product[0][0], mass_);
   }
-  /// To the tile, from the cell's first face on.
-  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t first) const {
+  /// To the tile, at the cell's place in it.
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t place) const {
+    constexpr int kStride[3] = {S::tile * S::tile, S::tile, 1};
 #pragma GCC unroll 4
-    for (int i = 0; i < kWide; ++i) {
-      float* const plane = tile + first + i * S::tile * S::tile;
-      mass_[i].template add_to<S::width(l, 1)>(plane + l * S::places, S::tile);
-      momentum_[i].template add_to<S::width(l, 1)>(plane + (3 + l) * S::places, S::tile);
+    for (int i = 0; i < At::kWide; ++i) {
+      float* const first = tile + place + S::first_place(l) + i * kStride[At::across];
+      const auto add = [&](const P& sum, int field) SIM_LANES_INLINED {
+        if constexpr (At::along == 2) sum.template add_to<At::kLines>(first + field * S::places, kStride[At::line]);
+        else sum.template add_pairs_to<At::kLong>(first + field * S::places, kStride[At::along]);
+      };
+      add(mass_[i], l), add(momentum_[i], 3 + l);
     }
   }
 
  private:
-  using P = Plane<4>;
-  static constexpr int kWide = S::width(l, 0);
-
-  HWY_INLINE static void add_along_x(const float* x, P plane, P (&sum)[kWide]) {
+  /// The number of a product's coefficient in a row.
+  static constexpr int number(int a, int b, int m) {
+    const auto [x, y, z] = At::by_axis(a, b, m);
+    return 3 * kNumber<S::count>.of[x][y][z] + l;
+  }
+  HWY_INLINE static void add_along_x(const float* x, P plane, P (&sum)[At::kWide]) {
 #pragma GCC unroll 4
-    for (int i = 0; i < kWide; ++i) sum[i] = fused(P::all(x[i]), plane, sum[i]);
+    for (int i = 0; i < At::kWide; ++i) sum[i] = fused(P::all(x[i]), plane, sum[i]);
   }
 
-  P mass_[kWide], momentum_[kWide];
+  P mass_[At::kWide], momentum_[At::kWide];
+};
+
+/// The same of several lattices, in one pass.
+template <class S, int... l>
+class SumsOnLattices : SumsOnFaces<S, l>... {
+ public:
+  HWY_INLINE SumsOnLattices() : SumsOnFaces<S, l>()... {}
+  HWY_INLINE void add(const StagedRows<S, false>& rows, std::uint32_t at, const float* c, const float* stress) {
+    (SumsOnFaces<S, l>::add(rows, at, c, stress), ...);
+  }
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t place) const { (SumsOnFaces<S, l>::add_to(tile, place), ...); }
 };
 
 /// Adds particles [p, end) of one cell to the tile, at the cell's place in it; `at` is the number of p's staged rows.
-template <class S, int l, bool stressed>
+template <class S, class Sums, bool first, bool stressed>
 HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& rows, const float* stress, std::uint32_t p, std::uint32_t end,
                              std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
   const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
-  std::conditional_t<S::faces, SumsOnFaces<S, l>, SumsOnNodes<S, stressed>> sums;
+  Sums sums;
   for (; p < end; ++p, ++at) {
     const std::size_t number = block.row ? block.row[p] : p;
-    if (l == 0 && block.row) {
+    if (first && block.row) {
       const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
       prefetch_row<S>(block.coefficients + ahead * S::kRow);
-      if constexpr (stressed) __builtin_prefetch(stress + 6 * ahead);
+      if constexpr (stressed) base::prefetch(stress + 6 * ahead);
     }
     sums.add(rows, at, block.coefficients + number * S::kRow, stressed ? stress + 6 * number : nullptr);
   }
-  sums.add_to(tile, std::ptrdiff_t(place) + S::first_place(l));
+  sums.add_to(tile, std::ptrdiff_t(place));
 }
 
 template <class S, bool stressed>
@@ -298,10 +334,10 @@ HWY_INLINE void scatter_particles(const Block& block, const float* stress, float
       while (block.begin[cell + 1] <= p) ++cell;
       const std::uint32_t until = block.begin[cell + 1] < stop ? block.begin[cell + 1] : stop;
       const std::size_t place = std::size_t(((cell / (edge * edge) + 1) * S::tile + cell / edge % edge + 1) * S::tile + cell % edge + 1);
-      scatter_cell<S, 0, stressed>(block, rows, stress, p, until, p - first, place, tile);
-      if constexpr (S::faces) {
-        scatter_cell<S, 1, stressed>(block, rows, stress, p, until, p - first, place, tile);
-        scatter_cell<S, 2, stressed>(block, rows, stress, p, until, p - first, place, tile);
+      if constexpr (!S::faces) {
+        scatter_cell<S, SumsOnNodes<S, stressed>, true>(block, rows, stress, p, until, p - first, place, tile);
+      } else {
+        scatter_cell<S, SumsOnLattices<S, 0, 1, 2>, true>(block, rows, stress, p, until, p - first, place, tile);
       }
       p = until;
     }

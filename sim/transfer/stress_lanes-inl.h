@@ -7,6 +7,7 @@
 #define SIM_TRANSFER_STRESS_LANES_INL_H
 #endif
 
+#include "base/prefetch.h"
 #include "sim/transfer/gather_lanes-inl.h"
 #include "sim/transfer/scatter_lanes-inl.h"
 
@@ -22,7 +23,7 @@ HWY_INLINE void prefetch_wanted(const Wanted& wanted, std::uint32_t p, int size)
   if (!wanted.rows) return;
   for (std::uint32_t q = p; q < p + std::uint32_t(size); ++q) {
     const char* const row = wanted.rows + wanted.bytes * (wanted.row ? wanted.row[q] : q);
-    __builtin_prefetch(row), __builtin_prefetch(row + wanted.bytes - 1);
+    base::prefetch(row), base::prefetch(row + wanted.bytes - 1);
   }
 }
 
