@@ -9,10 +9,5 @@ namespace base {
   __builtin_prefetch(at, 0, 2);
   asm volatile("");
 }
-/// For writing.
-[[gnu::always_inline]] inline void prefetch_to_write(const void* at) {
-  __builtin_prefetch(at, 1);
-  asm volatile("");
-}
 
 }  // namespace base

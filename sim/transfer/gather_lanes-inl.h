@@ -17,6 +17,7 @@
 #include <type_traits>
 
 #include "base/past_caches.h"
+#include "base/prefetch.h"
 #include "sim/transfer/lanes-inl.h"
 #include "sim/transfer/planes-inl.h"
 
@@ -287,15 +288,15 @@ HWY_INLINE void gather_batch(const Batch<S>& batch, int cell, const BlockTerms<S
   if constexpr (S::count > 1) store_rows<S>(batch, row);
 }
 
-/// Calls for the rows that are written two batches later: a batch writes a piece of each of eight rows, which hardware does not take for a stream,
+/// Calls for the rows that are written a few batches later: a batch writes a piece of each of eight rows, which hardware does not take for a stream,
 /// and stores to lines that are far fill the store queue.
 template <class S>
 HWY_INLINE void prefetch_written(const Block& block, std::uint32_t p) {
-  constexpr std::uint32_t kBatchesAhead = 2 * kLanes;
+  constexpr std::uint32_t kBatchesAhead = 4 * kLanes;
   if constexpr (S::count < 8) return;   // short rows fill their lines at once
   const char* const row = reinterpret_cast<const char*>(block.coefficients + std::size_t(p + kBatchesAhead) * Batch<S>::kRow);
 #pragma GCC unroll 8
-  for (std::size_t byte = 0; byte < kLanes * sizeof(float) * Batch<S>::kRow; byte += 64) __builtin_prefetch(row + byte, 1);
+  for (std::size_t byte = 0; byte < kLanes * sizeof(float) * Batch<S>::kRow; byte += 64) base::prefetch(row + byte);
 }
 
 /// Rows of a block as they are written: where they belong, or past the caches.

@@ -100,8 +100,8 @@ class BlockSums {
   /// Calls for the grid's fields, which blocks of a colour leave and come back to.
   static void prefetch(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) {
     blocks.template for_tile<kEdge>(block, [&](int, std::size_t at, auto) {
-      for (int l = 0; l < Layout::kLattices; ++l) base::prefetch_to_write(&Layout::mass(grid.mass, l)[at]);
-      for (int c = 0; c < (Layout::kLattices == 1 ? 1 : D); ++c) base::prefetch_to_write(&Layout::at(grid.velocity, c, at));
+      for (int l = 0; l < Layout::kLattices; ++l) base::prefetch(&Layout::mass(grid.mass, l)[at]);
+      for (int c = 0; c < (Layout::kLattices == 1 ? 1 : D); ++c) base::prefetch(&Layout::at(grid.velocity, c, at));
     });
   }
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.

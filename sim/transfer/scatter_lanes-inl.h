@@ -208,11 +208,12 @@ class SumsOnNodes {
   P sum_[S::n][S::n];
 };
 
-/// How the faces that a cell's particles reach on lattice l lie in vectors: `lines` of up to four along axis `along`, one vector a place of axis
-/// `across`. Two lines, half a vector, where an axis has but two places.
+/// How the faces that a cell's particles reach on lattice l lie in vectors: lines of up to four along axis `along`, one vector a place of axis
+/// `across`, which is not the lattice's own: that one has most places with the quadratic kernel, and with the linear one two, which take but half a
+/// vector.
 template <class S, int l>
 struct FacePlanes {
-  static constexpr int across = S::n == 2 && l == 0 ? 1 : 0, line = S::n == 2 ? l : 1, along = 3 - across - line;
+  static constexpr int across = l == 0 ? 1 : 0, line = S::n == 2 || l == 0 ? l : 1, along = 3 - across - line;
   static constexpr int kWide = S::width(l, across), kLines = S::width(l, line), kLong = S::width(l, along);
   /// By axis what is given by its part.
   static constexpr std::array<int, 3> by_axis(int of_across, int of_line, int of_along) {
