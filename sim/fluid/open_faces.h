@@ -29,6 +29,15 @@ class OpenFaces {
     const std::int32_t part = pushed_.empty() ? kOpen : part_[index / kPerBlock];
     return part < 0 ? 0.0 : double(pushed_[std::size_t(part)][std::size_t(axis)][index % kPerBlock]);
   }
+  /// Whether a collider cuts any face of a place's cell.
+  bool cut(std::size_t index, const ActiveBlocks<D>& blocks) const {
+    const auto is_part = [](float w) { return w > 0 && w < 1; };
+    for (int a = 0; a < D; ++a) {
+      const std::ptrdiff_t above = blocks.neighbour(index, a, 1);
+      if (is_part((*this)(a, index)) || (above >= 0 && is_part((*this)(a, std::size_t(above))))) return true;
+    }
+    return false;
+  }
   /// Whether any collider moves.
   bool pushes() const { return !pushed_.empty(); }
   /// Whether all lower faces of a block's places are open.

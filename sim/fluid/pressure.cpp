@@ -235,17 +235,6 @@ void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const
   });
 }
 
-template <int D>
-bool has_cut_face(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  for (int a = 0; a < D; ++a)
-    for (const int side : {0, 1}) {
-      const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
-      const float w = face < 0 ? 1 : cells.open(a, std::size_t(face));
-      if (w > 0 && w < 1) return true;
-    }
-  return false;
-}
-
 /// Largest net outflow of a liquid cell [m/s].
 template <int D, class Real>
 double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
@@ -318,10 +307,10 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
           slopes += slope * slope;
         }
       // Walls cut no cell: only where a face is cut is part of the cell covered.
-      const bool is_cut = !cells.open.is_open(i / per_block) && has_cut_face(i, cells, blocks);
-      const double here = (is_cut ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
+      const bool covered = !cells.open.is_open(i / per_block) && cells.open.cut(i, blocks);
+      const double here = (covered ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
       volume.all += here;
-      if (!is_cut && (is_deep(std::ptrdiff_t(i)) || is_beside_deep(i))) volume.bulk += here, volume.bulk_filling += double(filling[i]);
+      if (!covered && (is_deep(std::ptrdiff_t(i)) || is_beside_deep(i))) volume.bulk += here, volume.bulk_filling += double(filling[i]);
     }
     return volume;
   }, [](const LiquidVolume& s, const LiquidVolume& t) {

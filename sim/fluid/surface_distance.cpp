@@ -263,17 +263,6 @@ std::vector<std::size_t> cells_near(const std::vector<std::uint8_t>& near, const
   });
 }
 
-/// Whether a collider cuts a cell's faces.
-template <int D>
-bool is_cut(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  const auto is_part = [](float w) { return w > 0 && w < 1; };
-  for (int a = 0; a < D; ++a) {
-    const std::ptrdiff_t above = blocks.neighbour(i, a, 1);
-    if (is_part(cells.open(a, i)) || (above >= 0 && is_part(cells.open(a, std::size_t(above))))) return true;
-  }
-  return false;
-}
-
 template <int D>
 void set_films(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   const std::vector<std::size_t> films = cells_near<D>(near, [&](std::size_t i) { return film_of(i, filling, cells.kind, blocks).above >= 0; });
@@ -287,7 +276,7 @@ std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std
                                     const ActiveBlocks<D>& blocks) {
   return cells_near<D>(near, [&](std::size_t i) {
     return cells.kind[i] == CellKind::air && meets_other(i, cells.kind, blocks) && distance_of(i, filling, cells.kind, blocks) < 1 - 2 * kGap &&
-           !is_cut(i, cells, blocks);
+           !cells.open.cut(i, blocks);
   });
 }
 
@@ -324,7 +313,7 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
   std::vector<float> density(blocks.size(), 1.0f);
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || is_cut(i, cells, blocks)) continue;
+      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || cells.open.cut(i, blocks)) continue;
       const auto places = places_around<D>(i, blocks);
       int weights = 0;
       float sum = 0;
@@ -373,7 +362,7 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
       const bool meets_air = cells.kind[i] == CellKind::air || (!cells.distance.empty() && std::abs(cells.distance[i]) < 1);
-      is_rim[i] = cells.kind[i] != CellKind::solid && (meets_air || is_cut(i, cells, blocks));
+      is_rim[i] = cells.kind[i] != CellKind::solid && (meets_air || cells.open.cut(i, blocks));
     }
   });
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {

@@ -97,13 +97,13 @@ struct Vectors {
   template <int number>
   HWY_INLINE hn::Vec<Line> line() const {
     constexpr hn::FixedTag<float, 8> two{};
-    const auto of_two = [](auto v) SIM_LANES_INLINED {
-      if constexpr (number % 2) return hn::UpperHalf(kLine, v);
-      else return hn::LowerHalf(kLine, v);
-    };
-    if constexpr (kLanes == 8) return of_two(part[number / 2]);
-    else if constexpr (number < 2) return of_two(hn::LowerHalf(two, part[0]));
-    else return of_two(hn::UpperHalf(two, part[0]));
+    const auto lines = [&] {
+      if constexpr (kLanes == 8) return part[number / 2];
+      else if constexpr (number < 2) return hn::LowerHalf(two, part[0]);
+      else return hn::UpperHalf(two, part[0]);
+    }();
+    if constexpr (number % 2) return hn::UpperHalf(kLine, lines);
+    else return hn::LowerHalf(kLine, lines);
   }
   template <unsigned numbers>
   HWY_INLINE static hn::Mask<Tag> of_line() {

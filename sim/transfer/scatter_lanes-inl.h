@@ -1,5 +1,5 @@
 // P2G: particle after particle. On nodes the lanes of a vector are the nodes of a row along z, with a mass and three momenta each; on faces, where a
-// component has nodes of its own, those of a plane across x. Particles of a cell reach the same nodes, so their sums stay in registers until the cell
+// component has nodes of its own, those of a plane. Particles of a cell reach the same nodes, so their sums stay in registers until the cell
 // is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
 #if defined(SIM_TRANSFER_SCATTER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_SCATTER_LANES_INL_H
@@ -231,14 +231,12 @@ class SumsOnFaces {
   using P = Plane<(At::kLines > 2 ? 4 : 2)>;
 
  public:
-  using Staged = StagedRows<S, false>;
-
   HWY_INLINE SumsOnFaces() {
 #pragma GCC unroll 4
     for (int i = 0; i < At::kWide; ++i) mass_[i] = momentum_[i] = P::zero();
   }
   /// A particle by its number among the staged ones, and its coefficients.
-  HWY_INLINE void add(const Staged& rows, std::uint32_t at, const float* c, const float*) {
+  HWY_INLINE void add(const StagedRows<S, false>& rows, std::uint32_t at, const float* c) {
     P product[S::modes][S::modes];   // of y and z
 #pragma GCC unroll 3
     for (int b = 0; b < S::modes; ++b)
@@ -255,7 +253,7 @@ class SumsOnFaces {
 #pragma GCC unroll 3
         for (int m = 0; m < S::modes; ++m)
           if (b + m > 0 && keeps<S::count>(a, b, m)) sum = fused(P::all(c[number(a, b, m)]), product[b][m], sum);
-      add_along_x(x + a * Staged::kNext, sum, momentum_);
+      add_along_x(x + a * StagedRows<S, false>::kNext, sum, momentum_);
     }
     add_along_x(x, product[0][0], mass_);
   }
@@ -287,26 +285,28 @@ class SumsOnFaces {
   P mass_[At::kWide], momentum_[At::kWide];
 };
 
-/// The same of several lattices, in one pass.
-template <class S, int... l>
-class SumsOnLattices : SumsOnFaces<S, l>... {
+/// The same of all three lattices, in one pass.
+template <class S>
+class SumsOnAllFaces : SumsOnFaces<S, 0>, SumsOnFaces<S, 1>, SumsOnFaces<S, 2> {
  public:
-  HWY_INLINE SumsOnLattices() : SumsOnFaces<S, l>()... {}
-  HWY_INLINE void add(const StagedRows<S, false>& rows, std::uint32_t at, const float* c, const float* stress) {
-    (SumsOnFaces<S, l>::add(rows, at, c, stress), ...);
+  HWY_INLINE SumsOnAllFaces() : SumsOnFaces<S, 0>(), SumsOnFaces<S, 1>(), SumsOnFaces<S, 2>() {}
+  HWY_INLINE void add(const StagedRows<S, false>& rows, std::uint32_t at, const float* c, const float*) {
+    SumsOnFaces<S, 0>::add(rows, at, c), SumsOnFaces<S, 1>::add(rows, at, c), SumsOnFaces<S, 2>::add(rows, at, c);
   }
-  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t place) const { (SumsOnFaces<S, l>::add_to(tile, place), ...); }
+  HWY_INLINE void add_to(float* HWY_RESTRICT tile, std::ptrdiff_t place) const {
+    SumsOnFaces<S, 0>::add_to(tile, place), SumsOnFaces<S, 1>::add_to(tile, place), SumsOnFaces<S, 2>::add_to(tile, place);
+  }
 };
 
 /// Adds particles [p, end) of one cell to the tile, at the cell's place in it; `at` is the number of p's staged rows.
-template <class S, class Sums, bool first, bool stressed>
+template <class S, bool stressed>
 HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& rows, const float* stress, std::uint32_t p, std::uint32_t end,
                              std::uint32_t at, std::size_t place, float* HWY_RESTRICT tile) {
   const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
-  Sums sums;
+  std::conditional_t<S::faces, SumsOnAllFaces<S>, SumsOnNodes<S, stressed>> sums;
   for (; p < end; ++p, ++at) {
     const std::size_t number = block.row ? block.row[p] : p;
-    if (first && block.row) {
+    if (block.row) {
       const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
       prefetch_row<S>(block.coefficients + ahead * S::kRow);
       if constexpr (stressed) base::prefetch(stress + 6 * ahead);
@@ -335,11 +335,7 @@ HWY_INLINE void scatter_particles(const Block& block, const float* stress, float
       while (block.begin[cell + 1] <= p) ++cell;
       const std::uint32_t until = block.begin[cell + 1] < stop ? block.begin[cell + 1] : stop;
       const std::size_t place = std::size_t(((cell / (edge * edge) + 1) * S::tile + cell / edge % edge + 1) * S::tile + cell % edge + 1);
-      if constexpr (!S::faces) {
-        scatter_cell<S, SumsOnNodes<S, stressed>, true>(block, rows, stress, p, until, p - first, place, tile);
-      } else {
-        scatter_cell<S, SumsOnLattices<S, 0, 1, 2>, true>(block, rows, stress, p, until, p - first, place, tile);
-      }
+      scatter_cell<S, stressed>(block, rows, stress, p, until, p - first, place, tile);
       p = until;
     }
   }
