@@ -242,6 +242,9 @@ ImageInfo info(const std::filesystem::path&);
 /// be read, and before anything is allocated for one that is too large.
 Image read_image(const std::filesystem::path&);
 
+/// Throws base::Error (exit 2) for a picture that no environment can be made of.
+void check_environment(const std::filesystem::path&);
+
 struct ImageDifference {
   std::vector<base::Differences> by_channel;                // in the order of the image's channels
   base::Differences values;                                 // of all channels

@@ -52,6 +52,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
       {"[shot]\nquality = \"perfect\"\n", "x.toml:5:11: shot.quality = \"perfect\": must be \"draft\", \"normal\", \"high\" or \"extreme\""},
       {"velocity = [1, 0]\n", "x.toml:4:12: body.column.velocity = [1, 0] m/s: must be three numbers, [x, y, z]"},
       {"velocity = [1, 0, \"a\"]\n", "x.toml:4:12: body.column.velocity = [1, 0, \"a\"] m/s: must be three numbers, [x, y, z]"},
+      {"velocity = [1e39, 0, 0]\n", "x.toml:4:12: body.column.velocity = [1e+39, 0, 0] m/s: must be at most 1e18 in size, each component"},
       {"velocity = [1, 0, inf]\n", "x.toml:4:12: body.column.velocity = [1, 0, inf] m/s: must be finite in each component"},
       {"material = \"watr\"\n",
        "x.toml:4:12: body.column.material = \"watr\": must be \"water\", \"jelly\", \"rubber\", \"steel\", "
@@ -266,6 +267,17 @@ TEST_F(BadShot, WithoutItsMeshIsToldAtTheKeyThatNamesIt) {
   const std::string none = (folder / "none.obj").string() + ": No such file or directory";
   EXPECT_EQ(line("[[body]]\nname = \"hero\"\nshape = { mesh = { file = \"none.obj\" } }\n"), "x.toml:3:27: body.hero.shape.mesh.file: " + none);
   EXPECT_EQ(line(kLeast + "[[set]]\nname = \"room\"\nmesh = { file = \"none.obj\" }\n"), "x.toml:6:17: set.room.mesh.file: " + none);
+}
+
+TEST_F(BadShot, NamesAFileThatIsNoMeshOrPictureBeforeAnythingIsMade) {
+  std::ofstream(folder / "bad.obj") << "v 0 0 nan\nf 1 2 3\n";
+  std::ofstream(folder / "bad.exr") << "no picture";
+  EXPECT_TRUE(line(kLeast + "[[set]]\nname = \"room\"\nmesh = { file = \"bad.obj\" }\n").starts_with("x.toml:6:17: set.room.mesh.file: "));
+  EXPECT_TRUE(line(kLeast + "[[light]]\nkind = \"environment\"\nfile = \"bad.exr\"\n").starts_with("x.toml:6:8: light.1.file: "));
+}
+
+TEST_F(BadShot, HasASurfaceFarOffItsParticles) {
+  EXPECT_NE(line(kLeast + "[surface]\nradius = 1e9\n").find("surface.radius"), std::string::npos);
 }
 
 TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {

@@ -65,8 +65,8 @@ void print_prediction(const Prediction& p, const Pilot& pilot) {
   for (const auto& [kind, bytes] : p.disk) kinds += (kinds.empty() ? "" : ", ") + kind + " " + bytes_text(bytes);
   std::printf("%-10s%s: %s\n", "disk", bytes_text(p.disk_bytes()).c_str(), kinds.c_str());
   const std::string errors = error_text(past_outcomes());
-  std::printf("measured on this machine in %s; earlier predictions were off by %s\n", base::duration_text(pilot.seconds).c_str(),
-              errors.empty() ? "nothing yet: no run has been finished since" : errors.c_str());
+  std::printf("measured on this machine in %s; %s\n", base::duration_text(pilot.seconds).c_str(),
+              errors.empty() ? "no finished run tells yet how good that is" : ("earlier predictions were off by " + errors).c_str());
 }
 
 Json prediction_json(const Prediction& p) {

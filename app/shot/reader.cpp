@@ -190,6 +190,8 @@ bool Reader::read_number(const base::Key& key, const Node& whole, const Node& pa
   else return complain(key, whole, kind + (range.empty() ? "" : (each ? ", each " : " ") + range)), false;
   if (!std::isfinite(number)) return complain(key, whole, each ? "finite in each component" : "finite"), false;
   if (!key.range.contains(number)) return complain(key, whole, range + (each ? " in each component" : "")), false;
+  constexpr double kLargest = 1e18;   // its square is a single-precision number, too
+  if (std::abs(number) > kLargest) return complain(key, whole, std::string("at most 1e18 in size") + (each ? ", each component" : "")), false;
   v = number;
   return true;
 }

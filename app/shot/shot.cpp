@@ -246,6 +246,13 @@ void Shot::params(base::Params& p) {
               "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) +
                   " m; must be between 1/32 and 2 of it");
   }
+  if (!flat && surface.radius) {
+    constexpr double kThickest = 4;   // beyond, drops a basin apart are one, and the level set fills the domain
+    const double cells = *surface.radius / scene.options.cell;
+    p.require(cells <= kThickest * (1 + 1e-9), "surface.radius",
+              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) +
+                  " m; must be 4 of it at the most");
+  }
   render.params(p);
 
   const sim::Write& write = scene.options.write;
@@ -291,10 +298,13 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
     if (auto& mesh = shot.scene.bodies[i].shape.mesh)
       at_its_key(shot, "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
   for (std::size_t i = 0; i < sets.size(); ++i)
-    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { require_file(shot.render.sets[i].file); });
+    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { render::read_mesh(shot.render.sets[i].file); });
   for (std::size_t i = 0; i < shot.render.lights.size(); ++i)
     if (const render::Light& light = shot.render.lights[i]; light.kind == "environment")
-      at_its_key(shot, "light." + std::to_string(i + 1) + ".file", [&] { require_file(shot.folder / light.file); });
+      at_its_key(shot, "light." + std::to_string(i + 1) + ".file", [&] {
+        require_file(shot.folder / light.file);
+        render::check_environment(shot.folder / light.file);
+      });
   if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene)) throw error_about(shot, empty->complaint);
   return shot;
 }

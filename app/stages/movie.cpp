@@ -42,7 +42,7 @@ void write_movie(const fs::path& movie, const std::vector<fs::path>& images, dou
                  "-f", "image2pipe", "-c:v", "png", "-i", "pipe:0", "-vf",
                  "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p",
                  "-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace", "bt709", "-color_range", "tv", "-movflags", "+faststart",
-                 "-threads", std::to_string(threads), temporary.string()},
+                 "-threads", std::to_string(threads), "file:" + temporary.string()},   // a name may have a colon, or begin with -
                 images, movie);
   });
 }

@@ -124,3 +124,7 @@ Environment read_environment(const std::filesystem::path& path, const Vec3f& tin
 }
 
 }  // namespace render::trace
+
+namespace render {
+void check_environment(const std::filesystem::path& path) { trace::read_environment(path, trace::Vec3f::Ones(), 0); }
+}  // namespace render
