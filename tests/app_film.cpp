@@ -164,6 +164,11 @@ TEST_F(Film, RefusesToGoOnWithoutItsShot) {
   run_well({"simulate", "x.toml", "--frames", "1"});   // the same keys go on
 }
 
+TEST_F(Film, GoesToADirectoryWithAColon) {
+  run_well({"run", "x.toml", "--frames", "1", "--out", "09:30"});
+  EXPECT_TRUE(fs::exists(folder / "09:30/movie.mp4"));
+}
+
 TEST_F(Film, RestartRemovesItsOwnFilesOnly) {
   run_well({"run", "x.toml"});
   write("out/x/images/notes.txt", "mine");
