@@ -17,7 +17,11 @@ class ShotFile : public testing::Test {
   app::Shot read(const std::string& text, const std::vector<std::string>& sets = {}, std::optional<std::string> quality = {}) const {
     std::ofstream(folder / "x.toml") << text;
     std::ofstream(folder / "piece.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";   // that a shot may name
-    std::ofstream(folder / "sky.png", std::ios::app);   // there, whatever it holds
+    using namespace std::string_literals;
+    if (!std::filesystem::exists(folder / "sky.png"))   // a grey pixel
+      std::ofstream(folder / "sky.png", std::ios::binary)
+          << "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122\000\000\000\001\000\000\000\001\010\002\000\000\000\220\167\123\336\000"
+             "\000\000\014\111\104\101\124\170\234\143\150\150\150\000\000\003\004\001\201\113\323\322\020\000\000\000\000\111\105\116\104\256\102\140\202"s;
     return app::read_shot(folder / "x.toml", {.quality = std::move(quality), .sets = sets});
   }
 
