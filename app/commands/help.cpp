@@ -38,8 +38,8 @@ constexpr std::string_view kShotOptions = R"(
   --quality Q         draft, normal, high or extreme
   --threads N         default: all cores. The result is the same for any number
   --no-report         report.html is not written
-  --restart           forgets what this command and those after it have made, and makes it anew; with
-                      --frames, where nothing is simulated, of these frames only
+  --restart           forgets what this command and those after it have made, all frames of it, and
+                      makes it anew
   --quiet             no progress
   --json              run.json's content on standard output, all else on standard error
 )";

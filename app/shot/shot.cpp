@@ -238,20 +238,19 @@ void Shot::params(base::Params& p) {
   p.require(up.empty() || up == (flat ? "y" : "z"), "shot.up", flat ? "must be \"y\" in two dimensions" : "must be \"z\"");
   if (flat) p.without("surface", "has no effect in two dimensions: points are drawn as they are");
   else p.table("surface", "from particles to a surface", [&](base::Params& q) { surface.params(q); });
+  const auto of_cell = [&](double cells) {
+    return "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) + " m; must be ";
+  };
   if (!flat && surface.voxel) {
     // Coarser ones lose drops between their corners; finer ones show the particles and take the third power of memory.
     constexpr double kFinest = 1.0 / 32, kCoarsest = 2;
     const double cells = *surface.voxel / scene.options.cell;
-    p.require(cells >= kFinest * (1 - 1e-9) && cells <= kCoarsest * (1 + 1e-9), "surface.voxel",
-              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) +
-                  " m; must be between 1/32 and 2 of it");
+    p.require(cells >= kFinest * (1 - 1e-9) && cells <= kCoarsest * (1 + 1e-9), "surface.voxel", of_cell(cells) + "between 1/32 and 2 of it");
   }
   if (!flat && surface.radius) {
     constexpr double kThickest = 4;   // beyond, drops a basin apart are one, and the level set fills the domain
     const double cells = *surface.radius / scene.options.cell;
-    p.require(cells <= kThickest * (1 + 1e-9), "surface.radius",
-              "is " + base::to_text(std::round(1e4 * cells) / 1e4) + " of sim.cell = " + base::to_text(scene.options.cell) +
-                  " m; must be 4 of it at the most");
+    p.require(cells <= kThickest * (1 + 1e-9), "surface.radius", of_cell(cells) + "4 of it at the most");
   }
   render.params(p);
 

@@ -212,13 +212,9 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
 }
 
 void remove_for_restart(const Making& m) {
-  const bool all = m.wants(Stage::simulate);   // it begins at frame 1
-  for (const Stage stage : {Stage::preview, Stage::render, Stage::surface, Stage::simulate}) {
-    const auto is_it_or_above = [&](Stage s) { return s == stage || is_below(stage, s, m.dimension()); };
-    if (std::none_of(m.order.stages.begin(), m.order.stages.end(), is_it_or_above)) continue;
-    if (all) m.folder.remove_files(stage);
-    else m.folder.remove_files(stage, m.range.first, m.range.last);
-  }
+  for (const Stage stage : {Stage::preview, Stage::render, Stage::surface, Stage::simulate})
+    if (std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return s == stage || is_below(stage, s, m.dimension()); }))
+      m.folder.remove_files(stage);
 }
 
 // Only who is alone changes what the directory is for.
@@ -279,8 +275,7 @@ std::unique_ptr<PointsMaker> prepare(const Making& m, FolderLock& lock, Finished
       return std::make_unique<PointsMaker>(m.shot, m.folder, m.hashes.simulate, missing, progress);
     });
     announce(m, again, finished, progress);
-    if (m.order.restart && m.order.frames && m.wants(Stage::simulate) && m.folder.has_frames())
-      progress.line("again  the simulation begins at frame 1: what there was of all frames goes");
+    if (m.order.restart && m.order.frames && m.folder.has_frames()) progress.line("again  --restart forgets all frames, not these alone");
     if (m.order.restart) remove_for_restart(m);   // not before the scene has turned out to be one
     write_shot(m, lock, !again.empty());
     if (lock.alone()) lock.let_others_in();

@@ -134,14 +134,12 @@ void Folder::make_room_for(const fs::path& file) {
   if (failure) base::throw_io(file.parent_path().string(), failure.message());
 }
 
-void Folder::remove_files(Stage stage, std::int64_t first, std::int64_t last) const {
-  const auto is_one = [&](std::int64_t frame) { return first <= frame && frame <= last; };
-  for (const std::int64_t frame : recorded_frames(stage))
-    if (is_one(frame)) remove_one(record(stage, frame));   // first: without it a frame is unfinished
+void Folder::remove_files(Stage stage) const {
+  for (const std::int64_t frame : recorded_frames(stage)) remove_one(record(stage, frame));   // first: without it a frame is unfinished
   for (const Series& series : kSeries) {
     if (series.stage != stage) continue;
     for (const std::int64_t frame : frames_in(root_ / series.folder, series.stem, series.extension))
-      if (is_one(frame)) remove_one(root_ / series.folder / numbered(series.stem, frame, series.extension));
+      remove_one(root_ / series.folder / numbered(series.stem, frame, series.extension));
   }
   if (stage == Stage::simulate)
     for (const std::int64_t frame : checkpoints()) remove_one(checkpoint(frame));

@@ -2,7 +2,6 @@
 // The directory of one run, out/NAME: where each file lies, and which files are the program's own.
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -62,8 +61,8 @@ class Folder {
 
   /// Makes the folder a file goes to, in a run's directory that is there; throws base::Error (exit 5).
   static void make_room_for(const std::filesystem::path& file);
-  /// Removes the stage's files of frames from `first` to `last`, checkpoints and films with them; whatever else lies in the directory stays.
-  void remove_files(Stage, std::int64_t first = 1, std::int64_t last = std::numeric_limits<std::int64_t>::max()) const;
+  /// Removes the stage's files; whatever else lies in the directory stays.
+  void remove_files(Stage) const;
   /// Removes what killed runs left: temporary files and locks. Only for who is alone in the directory.
   void remove_leftovers() const;
 

@@ -101,7 +101,14 @@ std::optional<LightHit> Environment::find(const Vec3f&, const Vec3f& direction) 
   return LightHit{std::numeric_limits<float>::infinity(), density(direction), radiance(direction)};
 }
 
-Environment read_environment(const std::filesystem::path& path, const Vec3f& tint, double rotation_degrees) {
+namespace {
+
+struct Picture {
+  int width, height;
+  std::vector<Vec3f> pixels;
+};
+
+Picture read_picture(const std::filesystem::path& path) {
   const std::string kind = path.extension().string();
   const Image image = kind == ".exr" || kind == ".hdr" ? read_image(path) : scene_linear(read_image(path));
   std::array<std::size_t, 3> rgb{};
@@ -118,13 +125,21 @@ Environment read_environment(const std::filesystem::path& path, const Vec3f& tin
       if (!(value >= 0 && std::isfinite(value)))
         base::throw_input(path.string(), "pixel (" + std::to_string(static_cast<std::int64_t>(i) % image.width) + ", " +
                                              std::to_string(static_cast<std::int64_t>(i) / image.width) + ") is negative or not finite");
-      pixels[i][static_cast<int>(c)] = value * tint[static_cast<int>(c)];
+      pixels[i][static_cast<int>(c)] = value;
     }
-  return {static_cast<int>(image.width), static_cast<int>(image.height), std::move(pixels), rotation_degrees};
+  return {static_cast<int>(image.width), static_cast<int>(image.height), std::move(pixels)};
+}
+
+}  // namespace
+
+Environment read_environment(const std::filesystem::path& path, const Vec3f& tint, double rotation_degrees) {
+  Picture picture = read_picture(path);
+  for (Vec3f& pixel : picture.pixels) pixel = pixel.cwiseProduct(tint);
+  return {picture.width, picture.height, std::move(picture.pixels), rotation_degrees};
 }
 
 }  // namespace render::trace
 
 namespace render {
-void check_environment(const std::filesystem::path& path) { trace::read_environment(path, trace::Vec3f::Ones(), 0); }
+void check_environment(const std::filesystem::path& path) { trace::read_picture(path); }
 }  // namespace render

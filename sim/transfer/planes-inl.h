@@ -94,6 +94,7 @@ struct Vectors {
   }
 
  private:
+  /// A line by its number.
   template <int number>
   HWY_INLINE hn::Vec<Line> line() const {
     constexpr hn::FixedTag<float, 8> two{};

@@ -1,6 +1,6 @@
 // P2G: particle after particle. On nodes the lanes of a vector are the nodes of a row along z, with a mass and three momenta each; on faces, where a
 // component has nodes of its own, those of a plane. Particles of a cell reach the same nodes, so their sums stay in registers until the cell
-// is done. Weights and polynomials are made for eight particles at a time, whatever cells these are in.
+// is done. Weights and polynomials of some particles are made ahead, whatever cells these are in.
 #if defined(SIM_TRANSFER_SCATTER_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_SCATTER_LANES_INL_H
 #undef SIM_TRANSFER_SCATTER_LANES_INL_H
