@@ -35,6 +35,7 @@ void Preview::params(base::Params& p) {
   p("color", color, "what previews (and two-dimensional pictures) are coloured by", names);
   p("range", range, "the colour's", "end of the colour bar [m/s, 1/s, Pa, 1 or J/kg]", base::above(0), "one that the shot hardly passes");
   if (p.when(p.vector_size() == 3)) p("draw", draw, "the particles, or the surface made of them", kDraw);
+  else p.without("draw", "has no effect in two dimensions: points are drawn");
   p.require(draw == "points" || !attribute::only_particles_have(color), "color",
             "is known of particles only: preview.draw = \"surface\" cannot show it");
 }
@@ -129,7 +130,11 @@ std::vector<Light> default_lights(const base::Box& domain) {
 void Options::params(base::Params& p) {
   p("width", width, "pixels", "width of the image", base::within(16, 16384));
   p("height", height, "pixels", "height of the image", base::within(16, 16384));
-  if (!p.when(p.vector_size() == 3)) return;   // points are drawn as they are displayed
+  if (!p.when(p.vector_size() == 3)) {
+    for (const auto key : {"spp", "bounces", "caustics", "ground", "noise", "time_limit", "denoise", "view", "exposure"})
+      p.without(key, "has no effect in two dimensions: points are drawn as they are displayed");
+    return;
+  }
   p("spp", spp, "1", "samples a pixel; a power of two is stratified best", base::within(1, 65536));
   p("bounces", bounces, "1", "surfaces a path may meet", base::within(1, 256));
   p("caustics", caustics,

@@ -28,6 +28,7 @@ constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
 constexpr std::array kSideNames{"open"sv, "slip"sv, "periodic"sv, "sticky"sv, "separating"sv};
 constexpr std::array kSides{Side::open, Side::slip, Side::periodic, Side::sticky, Side::separating};
 constexpr std::array kContactNames{"sticky"sv, "slip"sv, "separating"sv};
+constexpr auto kNoLook = "has no effect in two dimensions: points are drawn, coloured as [preview] says"sv;
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
 constexpr int kFewestPeriodicCells = 4;
 constexpr std::array kMaterialNames{"water"sv, "jelly"sv, "rubber"sv, "steel"sv, "clay"sv, "dry_sand"sv, "wet_sand"sv, "snow"sv, "water_mpm"sv};
@@ -167,7 +168,10 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
     q("radius", round.radius, "m", "radius of the sphere", base::above(0));
   });
   if (is_sphere) sphere = round;
-  may_be_mesh = may_be_mesh && p.when(p.vector_size() == 3);
+  if (may_be_mesh && !p.when(p.vector_size() == 3)) {
+    may_be_mesh = false;
+    p.without("mesh", "is a body of three dimensions");
+  }
   Mesh made = mesh.value_or(Mesh{});
   const bool is_mesh = may_be_mesh && p.table("mesh", "what a closed mesh encloses", [&](base::Params& q) {
     q("file", made.file, "OBJ, PLY or STL, z up; relative to the shot");
@@ -267,6 +271,7 @@ void Body::params(base::Params& p) {
     p("carry", carry, "how this body's coefficients reach the next step; unset: sim.carry", kCarryNames);
   }
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the body in pictures; unset: the look named as the material");
+  else p.without("look", kNoLook);
 }
 
 void Collider::params(base::Params& p) {
@@ -278,6 +283,7 @@ void Collider::params(base::Params& p) {
     if (p.when(contact == Contact::separating)) p("friction", friction, "1", "Coulomb's coefficient of friction", base::at_least(0));
   }
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the solid in pictures");
+  else p.without("look", kNoLook);
 }
 
 void Effect::params(base::Params& p) {

@@ -188,6 +188,7 @@ TEST(Options, AreRefusedWithTheWordAndWhatIsAllowed) {
       {{"cost", "p", "--single", "--out", "x"}, "--out: has no effect with --single"},
       {{"cost", "p", "--single", "--dry-run"}, "--dry-run: has no effect with --single"},
       {{"params", "sim", "--example"}, "sim: has no effect with --example: it is a complete shot"},
+      {{"params", "--example", "--json"}, "--json: has no effect with --example: a shot is TOML"},
       {{"cost", "p", "--dry-run", "--json"}, "--json: has no effect with --dry-run: nothing is measured"},
   };
   for (const auto& [words, expected] : cases) EXPECT_TRUE(refusal(words).starts_with(expected)) << refusal(words);

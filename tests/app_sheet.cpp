@@ -109,6 +109,7 @@ TEST_F(Sheet, OfPicturesHasTheirNames) {
   expect_refusal({"sheet"}, "RUN is required");
   expect_refusal({"sheet", "a.png", "--out", "sheet.jpg"}, "--out sheet.jpg: a sheet is a .png file");
   expect_refusal({"sheet", "a.png", "--frames", "1-2"}, "--frames 1-2: must be one frame");
+  expect_refusal({"sheet", "a.png", "--frames", "2"}, "--frames: has no effect with pictures");
 }
 
 TEST_F(Sheet, IsNotWrittenOverWhatItShows) {

@@ -134,7 +134,9 @@ TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
   EXPECT_EQ(line(flat), "no error");
   const std::vector<Bad> table = {
       {"velocity = [1, 0, 0]\n", "x.toml:7:12: body.column.velocity = [1, 0, 0] m/s: must be two numbers, [x, y]"},
-      {"look = \"glass\"\n", "x.toml:7:1: body.column.look: has no effect with the other values given here"},
+      {"look = \"glass\"\n", "x.toml:7:1: body.column.look: has no effect in two dimensions: points are drawn, coloured as [preview] says"},
+      {"[[body]]\nshape = { mesh = \"x.obj\" }\n", "x.toml:8:11: body.2.shape.mesh: is a body of three dimensions"},
+      {"[preview]\ndraw = \"points\"\n", "x.toml:8:1: preview.draw: has no effect in two dimensions: points are drawn"},
       {"[[body]]\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n",
        "x.toml:8:17: body.2.shape.box = [[0, 0, 0], [1, 1, 1]] m: must be two opposite corners, [[x, y], [x, y]]"},
       {"[[body]]\nshape = { box = [[0, 0], [1, 0]] }\n",
@@ -146,7 +148,7 @@ TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
        "x.toml:7:3: light: has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view"},
       {"[look.water]\nior = 1.3\n",
        "x.toml:7:2: look: has no effect in two dimensions: points are drawn, coloured as [preview] says, and all of the domain is in view"},
-      {"[render]\nspp = 4\n", "x.toml:8:1: render.spp: has no effect with the other values given here"},
+      {"[render]\nspp = 4\n", "x.toml:8:1: render.spp: has no effect in two dimensions: points are drawn as they are displayed"},
       {"[shot]\nup = \"z\"\n", "x.toml:8:6: shot.up = \"z\": must be \"y\" in two dimensions"},
   };
   for (const Bad& bad : table) EXPECT_EQ(line(flat + bad.text), bad.line) << bad.text;

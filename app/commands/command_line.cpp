@@ -170,6 +170,7 @@ void refuse_idle_options(const Request& request) {
   for (const auto& [option, is_given] : of_studies)
     if (request.single && is_given) refuse_beside(option, "--single", "the problem runs once, as --set makes it");
   if (request.example && !request.subject.empty()) refuse(request.subject, "has no effect with --example: it is a complete shot");
+  if (request.json && request.example) refuse_beside("--json", "--example", "a shot is TOML");
   if (request.json && request.dry_run) refuse_beside("--json", "--dry-run", "nothing is measured");
 }
 

@@ -112,6 +112,7 @@ void sheet(const Request& request) {
   }
   if (!runs.empty() && runs.size() != request.subjects.size())
     throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
+  if (runs.empty() && request.frames) throw base::Error({.file = "--frames", .message = "has no effect with pictures: they are of one frame each"});
   for (const Folder& run : runs)
     if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
   refuse_to_write_over_what_is_shown(out, request.subjects, runs);
