@@ -227,13 +227,16 @@ HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Res
   finish_axis<S, count, gradient, P>(first, r), finish_axis<S, count, gradient, Q>(second, r), finish_axis<S, count, gradient, R>(third, r);
 }
 
-/// Rows from their numbers, four at a time; where these are no multiple of four the last groups overlap.
+/// Rows from their numbers: long ones eight at a time, what is left and short ones by fours, of which the last may overlap.
 template <class S>
 HWY_INLINE void store_rows(const Batch<S>& batch, const V (&number)[S::kRow]) {
-#pragma GCC unroll 21
-  for (int from = 0; from < S::kRow; from += 4) {
+  constexpr int kLong = 48, kEights = S::kRow < kLong ? 0 : S::kRow / 8 * 8;
+#pragma GCC unroll 10
+  for (int from = 0; from < kEights; from += 8) batch.store8(from, number + from);
+#pragma GCC unroll 8
+  for (int from = kEights; from < S::kRow; from += 4) {
     const int first = from + 4 <= S::kRow ? from : S::kRow - 4;
-    batch.store4(first, number[first], number[first + 1], number[first + 2], number[first + 3]);
+    batch.store4(first, number + first);
   }
 }
 
