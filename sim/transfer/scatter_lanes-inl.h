@@ -106,8 +106,6 @@ constexpr auto kNumber = [] {
   return number;
 }();
 
-constexpr std::uint32_t kAhead = 48;   // particles whose rows are called for before they are needed
-
 /// Calls for the row of a particle to come: it lies where the last sort left it, and no hardware guesses that.
 template <class S>
 HWY_INLINE void prefetch_row(const float* coefficients) {
@@ -116,6 +114,15 @@ HWY_INLINE void prefetch_row(const float* coefficients) {
   for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) base::prefetch(row + byte);
   base::prefetch(row + sizeof(float) * S::kRow - 1);
 }
+/// The same into the first cache, of rows of so many lines that a particle would wait for them one by one.
+template <class S>
+HWY_INLINE void prefetch_row_near(const float* coefficients) {
+  if constexpr (S::kRow < 48) return;
+  const char* const row = reinterpret_cast<const char*>(coefficients);
+#pragma GCC unroll 6
+  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) base::prefetch_near(row + byte);
+}
+constexpr std::uint32_t kAhead = 48, kNear = 8;   // particles whose rows are called for, before they are needed
 
 /// What particles of one cell bring to nodes: vectors are nodes (i, j) of all k, of each its mass and momenta. A particle's are
 /// sum_a X_a(i) sum_b Y_b(j) sum_m Z_m(k) C_abm, X, Y and Z being weight times polynomial along the axes and C_abm the mode's three coefficients
@@ -307,8 +314,8 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
   for (; p < end; ++p, ++at) {
     const std::size_t number = block.row ? block.row[p] : p;
     if (block.row) {
-      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
-      prefetch_row<S>(block.coefficients + ahead * S::kRow);
+      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last], near = block.row[p + kNear < last ? p + kNear : last];
+      prefetch_row<S>(block.coefficients + ahead * S::kRow), prefetch_row_near<S>(block.coefficients + near * S::kRow);
       if constexpr (stressed) base::prefetch(stress + 6 * ahead);
     }
     sums.add(rows, at, block.coefficients + number * S::kRow, stressed ? stress + 6 * number : nullptr);
