@@ -111,7 +111,7 @@ for round in $(seq "$kills"); do
   complaint=
   [ -z "$said" ] || complaint="it said: $said"
   [ "$(states "$round")" = "$(states $shot.straight)" ] || complaint="other states"
-  [ "$(content "$round")" = "$(content $shot.straight)" ] || complaint+=" other files: $(diff <(content "$round") <(content $shot.straight) | head -n 4)"
+  [ "$(content "$round")" = "$(content $shot.straight)" ] || complaint+=" other files: $(diff <(content "$round") <(content $shot.straight) | head -n 4 || true)"
   left=$(find "$round" -name '.*' -printf '%P ')
   [ -z "$left" ] || complaint+=" left over: $left"
   if [ -n "$complaint" ]; then
@@ -120,6 +120,20 @@ for round in $(seq "$kills"); do
   fi
   rm -rf "$round"
 done
+
+# An encoder that starts late: it may not make its file again behind the run that goes on.
+mkdir bin
+printf '#!/bin/sh\nsleep 0.6\nexec %s "$@"\n' "$(command -v ffmpeg)" >bin/ffmpeg
+chmod +x bin/ffmpeg
+PATH=$work/bin:$PATH "$program" run plane.toml --out late --quiet 2>/dev/null & child=$!
+until [ -n "$(find late -name '.movie.tmp*' 2>/dev/null)" ]; do kill -0 "$child"; sleep 0.01; done
+kill -9 "$child"
+wait "$child" 2>/dev/null || true
+"$program" run plane.toml --out late --quiet
+sleep 1
+left=$(find late -name '.*' -printf '%P ')
+if [ -n "$left" ]; then bad=$((bad + 1)); echo "killed while its encoder started: left over: $left"; fi
+
 printf '%s rounds of %s and %s ms, %s killed in time, %s bad; killed at' "$kills" "${usual[space]}" "${usual[plane]}" "$in_time" "$bad"
 for place in "${!at[@]}"; do printf ' %s %s,' "$place" "${at[$place]}"; done
 echo

@@ -1,8 +1,8 @@
 #include "app/stages/program.h"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,22 +45,26 @@ std::string last_line(int descriptor) {
   return start == std::string::npos ? log : log.substr(start + 1);
 }
 
-/// Returns 0, or what kept it from starting.
+/// Returns 0, or what kept it from starting. The program dies with this process: left alone it would write, behind whoever goes on with the work, a file
+/// that nobody waits for.
 int start(std::vector<std::string>& words, int input, int log, pid_t& child) {
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, input, 0);
-  posix_spawn_file_actions_adddup2(&files, log, 1);
-  posix_spawn_file_actions_adddup2(&files, log, 2);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  const int failure = ::posix_spawnp(&child, arguments[0], &files, &attributes, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
+  char* const* const given = arguments.data();
+  const pid_t parent = ::getpid();
+  volatile int failure = 0;   // the child runs in this memory until it is another program
+  child = ::vfork();
+  if (child < 0) return errno;
+  if (child == 0) {
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() == parent && ::dup2(input, 0) >= 0 && ::dup2(log, 1) >= 0 && ::dup2(log, 2) >= 0) ::execvp(given[0], given);
+    failure = errno;
+    ::_exit(127);
+  }
+  if (failure == 0) return 0;
+  ::waitpid(child, nullptr, 0);
   return failure;
 }
 

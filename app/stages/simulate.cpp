@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
+#include <string_view>
 #include <utility>
 
 #include "app/plan/plan.h"
@@ -15,8 +17,11 @@
 namespace app {
 namespace {
 
-/// Not of particles, though there may be a single one.
-bool is_of_the_run(const sim::Column& column) { return column.name == "watch" || column.name == "volume_correction" || column.name == "energy_watch"; }
+/// Not of particles, though there may be as few of these as such a column has rows.
+bool is_of_the_run(const sim::Column& column) {
+  constexpr std::string_view kOfTheRun[] = {"watch", "volume_correction", "energy_watch", "limits"};
+  return std::find(std::begin(kOfTheRun), std::end(kOfTheRun), column.name) != std::end(kOfTheRun);
+}
 
 }  // namespace
 
