@@ -230,7 +230,7 @@ HWY_INLINE void analyse(const Terms<S, l>& terms, int cell, const V (&t)[3], Res
 /// Rows from their numbers: long ones eight at a time, what is left and short ones by fours, of which the last may overlap.
 template <class S>
 HWY_INLINE void store_rows(const Batch<S>& batch, const V (&number)[S::kRow]) {
-  constexpr int kLong = 48, kEights = S::kRow < kLong ? 0 : S::kRow / 8 * 8;
+  constexpr int kEights = S::kRow < kLongRow ? 0 : S::kRow / 8 * 8;
 #pragma GCC unroll 10
   for (int from = 0; from < kEights; from += 8) batch.store8(from, number + from);
 #pragma GCC unroll 8

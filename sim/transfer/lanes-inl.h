@@ -125,6 +125,8 @@ HWY_INLINE void load_offsets(const Block& block, std::uint32_t p, V (&t)[3]) {
   hn::LoadInterleaved3(kTag, some, t[0], t[1], t[2]);
 }
 
+constexpr int kLongRow = 48;   // numbers: rows of this many and more are stored, and called for, in ways that cost shorter ones more than they save
+
 /// Eight particles: where their coefficients are, and which lanes count.
 template <class S>
 struct Batch {

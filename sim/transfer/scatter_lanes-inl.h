@@ -106,23 +106,20 @@ constexpr auto kNumber = [] {
   return number;
 }();
 
-/// Calls for the row of a particle to come: it lies where the last sort left it, and no hardware guesses that.
+constexpr std::uint32_t kAhead = 48, kNear = 8;   // particles whose rows are called for before they are needed: all rows, and long ones once more
+
+/// Calls for the row of a particle to come, line by line: it lies where the last sort left it, and no hardware guesses that.
+template <class S, class CallFor>
+HWY_INLINE void prefetch_row(const float* coefficients, const CallFor& call_for) {
+  const char* const row = reinterpret_cast<const char*>(coefficients);
+#pragma GCC unroll 6
+  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) call_for(row + byte);
+  call_for(row + sizeof(float) * S::kRow - 1);
+}
 template <class S>
 HWY_INLINE void prefetch_row(const float* coefficients) {
-  const char* const row = reinterpret_cast<const char*>(coefficients);
-#pragma GCC unroll 6
-  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) base::prefetch(row + byte);
-  base::prefetch(row + sizeof(float) * S::kRow - 1);
+  prefetch_row<S>(coefficients, [](const char* line) SIM_LANES_INLINED { base::prefetch(line); });
 }
-/// The same into the first cache, of rows of so many lines that a particle would wait for them one by one.
-template <class S>
-HWY_INLINE void prefetch_row_near(const float* coefficients) {
-  if constexpr (S::kRow < 48) return;
-  const char* const row = reinterpret_cast<const char*>(coefficients);
-#pragma GCC unroll 6
-  for (std::size_t byte = 0; byte < sizeof(float) * S::kRow; byte += 64) base::prefetch_near(row + byte);
-}
-constexpr std::uint32_t kAhead = 48, kNear = 8;   // particles whose rows are called for, before they are needed
 
 /// What particles of one cell bring to nodes: vectors are nodes (i, j) of all k, of each its mass and momenta. A particle's are
 /// sum_a X_a(i) sum_b Y_b(j) sum_m Z_m(k) C_abm, X, Y and Z being weight times polynomial along the axes and C_abm the mode's three coefficients
@@ -314,8 +311,12 @@ HWY_INLINE void scatter_cell(const Block& block, const StagedRows<S, stressed>& 
   for (; p < end; ++p, ++at) {
     const std::size_t number = block.row ? block.row[p] : p;
     if (block.row) {
-      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last], near = block.row[p + kNear < last ? p + kNear : last];
-      prefetch_row<S>(block.coefficients + ahead * S::kRow), prefetch_row_near<S>(block.coefficients + near * S::kRow);
+      const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
+      prefetch_row<S>(block.coefficients + ahead * S::kRow);
+      if constexpr (S::kRow >= kLongRow) {   // a particle would wait for its lines one by one
+        const std::size_t near = block.row[p + kNear < last ? p + kNear : last];
+        prefetch_row<S>(block.coefficients + near * S::kRow, [](const char* line) SIM_LANES_INLINED { base::prefetch_near(line); });
+      }
       if constexpr (stressed) base::prefetch(stress + 6 * ahead);
     }
     sums.add(rows, at, block.coefficients + number * S::kRow, stressed ? stress + 6 * number : nullptr);
