@@ -16,6 +16,13 @@ std::string to_text(double v) {
   return {buffer.data(), end};
 }
 
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
 double round_up(double value) {
   constexpr double kNear = 1e-9;   // a number that rounding has lifted over its step
   const double decade = std::pow(10.0, std::floor(std::log10(value)));

@@ -1,6 +1,7 @@
 #pragma once
 // Numbers and words as people read them.
 #include <concepts>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,9 @@ std::string to_text(double);
 
 /// "1 frame", "2 frames".
 std::string count_of(std::integral auto n, std::string_view what) { return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s"); }
+
+/// What a path ends in, in small letters: ".png" of "A.PNG".
+std::string extension_of(const std::filesystem::path&);
 
 /// To 1, 2 or 5 times a power of ten, as scales end; of a number above 0.
 double round_up(double);

@@ -53,7 +53,7 @@ struct Totals {
   double collider_work = 0;               // [J] what moving colliders did on a liquid, since the frame before
   double gravity_work = 0;                // [J] what gravity did along periodic axes, where no potential energy stands for it, since the frame before
   double largest_coefficient = 0;         // [m/s] of any particle and mode
-  double largest_cfl = 0;                 // [cells] that the fastest particle crossed in a step, since the frame before
+  double largest_cfl = 0;                 // [cells] the longest way of a particle in a step, since the frame before
   std::int64_t steps_by_impact = 0;       // steps of a liquid cut because the pressure made it faster than expected, since the frame before
   // Of solids, since the frame before:
   std::optional<double> least_volume, most_volume;   // [1] smallest and largest elastic volume ratio J, at the last step

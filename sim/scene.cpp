@@ -393,15 +393,15 @@ Shape shape_at(double time, const Collider& collider, const Options& o) {
   return moved(collider.shape, by);
 }
 
-std::vector<Shape> with_images(const Shape& shape, const Options& o) {
+std::vector<Shape> with_images(const Shape& shape, const Options& o, double margin) {
   std::vector<Shape> images{shape};
   for (int a = 0; a < o.dimension; ++a) {
     if (!o.periodic(a)) continue;
     const base::Vec3 across = base::Vec3::Unit(a) * o.domain.size()[a];
     for (std::size_t i = 0, n = images.size(); i < n; ++i) {
       const base::Box bounds = images[i].bounds();
-      if (bounds.lower[a] < o.domain.lower[a]) images.push_back(moved(images[i], across));
-      if (bounds.upper[a] > o.domain.upper[a]) images.push_back(moved(images[i], -across));
+      if (bounds.lower[a] < o.domain.lower[a] + margin) images.push_back(moved(images[i], across));
+      if (bounds.upper[a] > o.domain.upper[a] - margin) images.push_back(moved(images[i], -across));
     }
   }
   return images;

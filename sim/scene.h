@@ -146,8 +146,8 @@ Shape shape_at(double time, const Collider&, const Options&);
 
 Shape moved(Shape, const base::Vec3& by);   // [m]
 
-/// `shape` and, where it reaches across a periodic side of the domain, its images at the other side.
-std::vector<Shape> with_images(const Shape& shape, const Options&);
+/// `shape` and, where it reaches across a periodic side of the domain, or comes nearer to it than `margin` [m], its images at the other side.
+std::vector<Shape> with_images(const Shape& shape, const Options&, double margin = 0);
 
 struct Scene {
   Options options;

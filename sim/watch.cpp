@@ -13,6 +13,9 @@ namespace {
 
 constexpr const char* kShorterSteps = "a smaller sim.cfl or sim.sound_cfl, or fewer modes with carry \"hybrid\", may help";
 
+/// [J] All of it; potential energy counts from the side that gravity points to, so that it is never below 0.
+double energy_of(const Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
+
 bool is_unstable(const base::Error& e) { return e.complaint().code == base::Exit::unstable; }
 
 /// The violation, of whatever told it: the pressure's solver knows no frame.
@@ -39,19 +42,15 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
     if (b.is_solid && b.solid.plasticity == Plasticity::snow) share_ = kShareOfSnow;
   for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.velocity.norm());
   const base::Vec3 g = gravity(scene);
-  for (int a = 0; a < int(scene.options.dimension); ++a)
-    if (!scene.options.periodic(a)) uphill_ += std::max(g[a], 0.0) * scene.options.domain.size()[a];
   if (scene.options.solver == "fluid") unresolved_ = g.norm() * scene.options.cell;
   state_ = simulation_->state();
   totals_ = simulation_->totals();
   begin();
 }
 
-double Watch::energy(const Totals& t) const { return t.kinetic_energy + t.potential_energy + t.mass * uphill_ + t.elastic_energy.value_or(0); }
-
 void Watch::begin() {
   memory_ = {};
-  memory_.start = memory_.least = energy(totals_);
+  memory_.start = memory_.least = energy_of(totals_);
   memory_.least_at = double(state_.frame);
   memory_.particles = double(totals_.particles);
   keep();
@@ -187,7 +186,7 @@ void Watch::stop(const Memory& before, const base::Error& e, const std::string& 
 Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
   Memory now = before;
   const std::int64_t frame = state_.frame + 1;
-  const double energy = this->energy(t);
+  const double energy = energy_of(t);
   const auto violated = [&](const char* law, std::string what, const char* remedy) { return Violation{law, std::move(what), remedy}; };
   const auto with_culprit = [&](Violation v, Suspect suspect, std::int64_t since) {
     Culprit who = find_culprit(suspect, scene_, *simulation_);

@@ -58,8 +58,6 @@ class Watch {
     double modes = 0, body = -1;   // what a Restraint was left with
   };
   void begin();
-  /// [J] with potential energy from the lowest place in the domain, so that it is never below 0.
-  double energy(const Totals&) const;
   /// What it remembers of a frame that has come so far; throws Unstable.
   Memory checked(const Memory& before, const Totals&) const;
   /// Stands at the frame that was reached.
@@ -81,7 +79,6 @@ class Watch {
   double collider_speed_ = 0;
   double share_ = kShare;
   double unresolved_ = 0;   // [m^2/s^2] what a liquid gains that rises by a cell: a surface is known to a part of that
-  double uphill_ = 0;       // [m^2/s^2] from the side that gravity pulls to, to where potential energy counts from
   State state_;
   Totals totals_;
   Memory memory_;

@@ -22,6 +22,7 @@ TEST(CostVariants, AreTheCrossProductWithoutWhatSaysNothing) {
       combinations({parse_vary("sim.transfer=pic,apic,polypic"), parse_vary("sim.modes=4,full"), parse_vary("sim.splitting=lie,reflection")});
   EXPECT_EQ(all.size(), 2u + 2u + 4u);   // modes are polypic's alone
   for (const Sets& sets : all) EXPECT_EQ(sets.size(), sets[0].second == "polypic" ? 3u : 2u);
+  EXPECT_EQ(combinations({parse_vary("sim.transfer='apic',\"polypic\""), parse_vary("sim.modes=4,full")}).size(), 1u + 2u);
   EXPECT_EQ(parse_vary("effect.1.acceleration=[0, -9.81],[0, -1.62]").values, (std::vector<std::string>{"[0, -9.81]", "[0, -1.62]"}));
   EXPECT_EQ(parse_vary("body.a.look=\"x,y\"").values.size(), 1u);
   for (const char* wrong : {"sim.cell", "=1", "sim.cell=", "sim.cell=1,,2"}) EXPECT_THROW(parse_vary(wrong), base::Error) << wrong;

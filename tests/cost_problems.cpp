@@ -102,8 +102,9 @@ TEST(CostProblems, ABlockSlidesByTheLawOfFriction) {
   const sim::ProblemResult r = solve("slope_block", {});
   EXPECT_LT(*r.errors.position, 0.05);
   EXPECT_LT(*r.errors.energy, 0.1);
-  EXPECT_LT(r.energy.back(), 0.99);   // friction takes: the energy falls
-  EXPECT_GT(r.energy.back(), 0.8);
+  // Over the floor and the lower end of the slope, per mass: what the block had, and what friction takes on its way.
+  const double had = 4.905 * 1.4 + 8.4957 * 0.05, taken = 0.3 * 8.4957 * 0.5 * (4.905 - 0.3 * 8.4957) * 0.25;
+  EXPECT_NEAR(r.energy.back(), 1 - taken / had, 0.01);
   EXPECT_GT(*solve("slope_block", {"sim.boundary={friction=0.3}", "effect.1.acceleration=[4.905, -12]"}).errors.position, 0)
       << "another slope is another answer";
 }
@@ -147,6 +148,7 @@ TEST(CostProblems, RefuseWhatHasNoAnswer) {
   EXPECT_THROW(solve("taylor_green_2d", {"sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"}"}), base::Error);
   EXPECT_THROW(solve("taylor_green_2d", {"problem.waves=32"}), base::Error);
   EXPECT_THROW(solve("vortex_ring", {"sim.cell=2"}), base::Error);
+  EXPECT_THROW(solve("vortex_ring", {"sim.domain=[[40,0,0],[96,28,28]]", "body.all.shape={box=[[40,0,0],[96,28,28]]}"}), base::Error);
   EXPECT_THROW(solve("slope_block", {"effect.1.acceleration=[1, -9.81]"}), base::Error);
   EXPECT_THROW(solve("spinning_disk_2d", {"body.disk.spin=0"}), base::Error);
   EXPECT_THROW(solve("taylor_green_2d", {"problem.wave=8"}), base::Error);
@@ -157,6 +159,7 @@ TEST(CostAudit, AddsUpToTheChangeOfTheWholeInAFlow) {
   for (const char* splitting : {"lie", "reflection"})
     for (const char* kernel : {"linear", "quadratic"}) {
       std::vector<std::string> sets = kEight;
+      if (std::string(kernel) == "linear") sets.push_back("problem.mean=[0.159,0.0955]");   // which carries no energy that counts
       sets.insert(sets.end(), {"sim.audit=true", std::string("sim.splitting=") + splitting, std::string("sim.kernel=") + kernel});
       const sim::ProblemResult r = solve("taylor_green_2d", sets);
       EXPECT_LT(sum_of(r.energy_changes), -.1) << splitting << kernel;

@@ -200,6 +200,15 @@ TEST_F(CostProgram, ComparesAShotWithItselfOnCoarserCells) {
   EXPECT_EQ(page.find(" ± 0<"), std::string::npos) << "one run has no spread";
   EXPECT_FALSE(fs::exists(folder / "study/runs" / "report.html"));
   for (const auto& entry : fs::recursive_directory_iterator(folder / "study/runs")) EXPECT_NE(entry.path().filename(), "report.html");
+  // Drawn otherwise: all pictures anew, and compared with the new ones.
+  const std::string image = made.out.empty() ? "" : json.at("variants")[0].at("pictures")[0].at("file").get<std::string>(), before = text_of(folder / image);
+  const Outcome small = cost(words + " --set preview.color=velocity_x");
+  ASSERT_EQ(small.exit, 0) << small.err;
+  EXPECT_NE(small.out.find("kept   4 of 4 variants"), std::string::npos) << small.out;
+  EXPECT_NE(text_of(folder / image), before);
+  const Outcome timed = cost("cost drop.toml --frames 1-4 --vary shot.fps=12,24 --out study");
+  EXPECT_EQ(timed.exit, 2);
+  EXPECT_EQ(timed.err, "polypic: --vary shot.fps: frames of one number would be of different times\n");
   // The shot itself among the variants has no error, and takes none from the others.
   const Outcome with_itself = cost("cost drop.toml --frames 1-4 --repeats 1 --vary sim.cell=0.0125,0.025 --out study");
   ASSERT_EQ(with_itself.exit, 0) << with_itself.err;

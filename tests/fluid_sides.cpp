@@ -203,6 +203,79 @@ TEST(FluidSides, OfAPistonInAFullBoxTheImbalanceIsReported) {
   EXPECT_TRUE(std::isfinite(pushed->totals().kinetic_energy));
 }
 
+// A ball in a full box changes no volume, however near to the floor it is: the floor itself moves nothing.
+TEST(FluidSides, ABallThatMovesBesideAWallPushesNothingThroughIt) {
+  for (const double height : {0.12, 0.14, 0.2}) {
+    Scene scene = channel(2, 0.02, 0, 1);
+    Collider ball;
+    ball.name = "ball";
+    ball.shape.sphere = {Vec3(0.51, height, 0), 0.1};
+    ball.velocity = Vec3(0, -0.5, 0);
+    scene.colliders = {ball};
+    const auto simulation = make_simulation(scene, 500);
+    base::Ledger ledger;
+    for (int f = 0; f < 3; ++f) {
+      simulation->advance(ledger, {});
+      EXPECT_LE(simulation->totals().imbalance.value(), 1e-12) << height << ", frame " << f;
+    }
+  }
+}
+
+// In its wake cells come free that no particle has reached: they are no air, and the water above keeps the momentum of what the ball displaces.
+TEST(FluidSides, ABallThatSinksLeavesNoHoleBehind) {
+  for (const std::int64_t seed : {0, 1, 2}) {
+    Scene scene;
+    scene.options.dimension = 2;
+    scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
+    scene.options.cell = 0.02;
+    scene.options.seed = seed;
+    Body water;
+    water.name = "water";
+    water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.6, 0)};
+    scene.bodies = {water};
+    Collider ball;
+    ball.name = "ball";
+    ball.shape.sphere = {Vec3(0.5, 0.3, 0), 0.1};
+    ball.velocity = Vec3(0, -0.6, 0);
+    scene.colliders = {ball};
+    scene.effects = {gravity(2)};
+    const auto simulation = make_simulation(scene, 100);
+    base::Ledger ledger;
+    const double displaced = M_PI * 0.01 * 1000 * 0.6;   // [kg m/s] of as much water, upwards
+    for (int f = 2; f <= 14; ++f) {
+      simulation->advance(ledger, {});
+      EXPECT_NEAR(simulation->totals().linear_momentum.y(), displaced, 0.06 * displaced) << "seed " << seed << ", frame " << f;
+    }
+  }
+}
+
+// Across a periodic side as in the middle of the domain.
+TEST(FluidSides, AThinPlateBehindAPeriodicSideStopsWhatComesThroughIt) {
+  std::vector<double> momentum;
+  for (const double shift : {0.5, 0.0}) {
+    Scene scene;
+    Options& o = scene.options;
+    o.dimension = 2;
+    o.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
+    o.cell = 0.02;
+    o.precision = Precision::double_precision;
+    o.seeding = Seeding::regular;
+    o.boundary[0] = {Side::periodic, Side::periodic};
+    Body water;
+    water.name = "water";
+    water.shape.box = shift > 0 ? base::Box{Vec3(0.3, 0.4, 0), Vec3(0.48, 0.6, 0)} : base::Box{Vec3(0.8, 0.4, 0), Vec3(0.98, 0.6, 0)};
+    water.velocity = Vec3(1, 0, 0);
+    scene.bodies = {water};
+    scene.colliders = {box(Vec3(0.002 + shift, 0, 0), Vec3(0.012 + shift, 1, 0), Vec3::Zero())};
+    const auto simulation = make_simulation(scene, 50);
+    base::Ledger ledger;
+    for (int f = 0; f < 8; ++f) simulation->advance(ledger, {});
+    momentum.push_back(simulation->totals().linear_momentum.x());
+  }
+  EXPECT_LT(momentum[0], 20);   // of 36: it stops there
+  EXPECT_NEAR(momentum[1], momentum[0], 1e-3);
+}
+
 TEST(FluidSides, GoOnFromAStateToTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[4];
   for (int i = 0; i < 4; ++i) {

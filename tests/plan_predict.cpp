@@ -136,6 +136,7 @@ TEST_F(Predict, KeepsPilotsForOtherSizesOfTheSameShotOnly) {
   EXPECT_EQ(kept->fine.particles, 80);
   EXPECT_EQ(kept->fine.frames.at(2).cpu.at("simulate/p2g"), 2 * 1e-5 * 80);
   EXPECT_TRUE(app::cached_pilot(read(kTank, {"sim.cell=0.05", "render.width=64"}), 3, 2));
+  EXPECT_FALSE(app::cached_pilot(read(kTank, {"surface.voxel=0.02"}), 3, 2));   // a finer surface
   EXPECT_FALSE(app::cached_pilot(shot, 4, 2));                                   // not followed so far
   EXPECT_FALSE(app::cached_pilot(shot, 3, 1));                                   // other threads
   EXPECT_FALSE(app::cached_pilot(read(kTank, {"sim.transfer=pic"}), 3, 2));      // another scheme
@@ -159,4 +160,7 @@ TEST_F(Predict, PictureOfThePassesShowsThemAll) {
     for (const base::PassRow& pass : app::plan_of(shot, stage).passes)
       EXPECT_NE(picture.find(">" + std::string(pass.name) + "</text>"), std::string::npos) << pass.name;
   EXPECT_EQ(picture.find(">carry</text>"), std::string::npos);
+  app::Shot strange = shot;
+  strange.name = "a&b<c>";
+  EXPECT_NE(app::pass_graph(strange).find(">Passes of a&amp;b&lt;c&gt;</text>"), std::string::npos);
 }

@@ -1,6 +1,10 @@
 // Lights against formulas, and their two ways of being found against each other; media inside each other; adaptive and timed frames.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <filesystem>
+
 #include "base/error.h"
 #include "render/trace/optics.h"
 #include "tests/render_trace.h"
@@ -190,6 +194,87 @@ TEST(NestedDielectrics, HoldTheCamera) {
   EXPECT_LT((Rays(setting).mean(Vec3(0, 0, 0.5), Vec3(0.3, 0.2, 1), 4, 64).value - Vec3::Ones()).norm(), 1e-3);
 }
 
+// A ball of nothing, and a wall of two glasses that are one, are not to be seen: no light is counted twice for them, and none is lost.
+TEST(NestedDielectrics, OfOneIndexChangeNothing) {
+  const std::vector<render::Light> lights = {uniform_sky(1),
+                                             {.kind = "sun", .direction = Vec3(0.3, 0.2, -1), .angle = 10, .intensity = 2},
+                                             {.kind = "area", .position = Vec3(0.5, 0, 2), .target = Vec3(0, 0, 0.3), .width = 1.5, .height = 1.5, .intensity = 4}};
+  for (const render::Light& light : lights)
+    for (const char* caustics : {"none", "straight", "path"}) {
+      render::Setting setting = empty_setting();
+      setting.options.ground = "none";
+      setting.options.caustics = caustics;
+      setting.options.bounces = 8;
+      setting.looks["white"] = {.color = Vec3::Ones()};
+      setting.looks["nothing"] = {.model = "dielectric", .ior = 1};
+      setting.lights = {light};
+      setting.colliders = {ball("white", Vec3(0, 0, 0.3), 0.2)};
+      const auto seen = [&] { return Rays(setting).mean(Vec3(0.2, -2, 1.5), Vec3(0, 0, 0.35), 16, 256); };
+      const Mean bare = seen();
+      ASSERT_GT(bare.value.x(), 0.05) << light.kind;
+      setting.colliders.push_back(ball("nothing", Vec3(0, 0, 0.3), 0.5));
+      const Mean within = seen();
+      EXPECT_NEAR(within.value.x(), bare.value.x(), 4 * std::sqrt(within.variance.x() + bare.variance.x()) + 1e-3) << light.kind << " " << caustics;
+    }
+}
+
+// Fog is not what a camera in it sees first, and neither is what light meets after it was scattered.
+TEST(NestedDielectrics, ThatScatterKeepTheFirstHitBehindThem) {
+  render::Setting setting = bare_setting();
+  setting.looks["fog"] = {.model = "dielectric", .ior = 1.2, .scattering = Vec3(1, 1, 1)};
+  setting.looks["white"] = {.color = Vec3::Ones()};
+  setting.lights = {uniform_sky(1)};
+  setting.colliders = {block("fog", {Vec3(-5, -5, -5), Vec3(5, 5, 5)}), block("white", {Vec3(-4, 1, -4), Vec3(4, 2, 4)})};
+  const trace::Scene scene = trace::make_scene(setting);
+  trace::Geometry geometry(scene.surfaces, 1);
+  geometry.set_frame({}, {}, {});
+  const trace::Integrator integrator(scene, geometry);
+  const trace::Ray ray{.origin = Vec3f::Zero(), .direction = Vec3f::UnitY()};
+  const trace::Media around = integrator.media_at(ray.origin, 0.5f);
+  const render::sampling::Sequence sequence(256, 1);
+  const render::sampling::PixelSampler points(sequence, 0, 0);
+  int met = 0;
+  for (std::uint32_t s = 0; s < 256; ++s) {
+    trace::FirstHit first;
+    integrator.radiance(ray, around, points, s, first);
+    if (!first.found) continue;
+    EXPECT_NEAR(first.t, 1, 1e-4);
+    ++met;
+  }
+  EXPECT_NEAR(met, 256 * std::exp(-1), 25);
+}
+
+// The water level goes on inside a body of wax: light comes out above it as dry as it would be without.
+TEST(Translucent, BodyHalfUnderWaterIsLitThroughAirAboveIt) {
+  render::Setting setting = bare_setting();
+  setting.options.bounces = 16;
+  setting.looks["wax"] = {.model = "translucent", .color = Vec3(0.9, 0.9, 0.9), .depth = 0.1};
+  setting.lights = {{.kind = "sun", .direction = Vec3(0, 1, -1), .angle = 5, .intensity = 3}};
+  setting.colliders = {ball("wax", Vec3(0, 0, 0), 0.3), block("water", {Vec3(-3, -3, -3), Vec3(3, 3, 0)})};
+  std::vector<Mean> seen;
+  for (const double absorption : {0.0, 1e-6}) {   // [1/m] nothing, unless it is for all the way to the sun
+    setting.looks["water"] = {.model = "dielectric", .ior = 1.333, .absorption = Vec3::Constant(absorption)};
+    seen.push_back(Rays(setting).mean(Vec3(0, -2, 0.5), Vec3(0, -0.29, 0.03), 8, 256));
+  }
+  EXPECT_NEAR(seen[1].value.x(), seen[0].value.x(), 0.003 * seen[0].value.x());
+}
+
+// Rays leave a surface at a distance that floats can tell, wherever the set stands.
+TEST(PathTracer, ShadesASetFarFromItsDomainEvenly) {
+  for (const double away : {1.0, 1000.0}) {
+    render::Setting setting = bare_setting();
+    setting.looks["white"] = {.color = Vec3::Ones()};
+    setting.lights = {{.kind = "sun", .direction = Vec3(0.2, 1, -0.3), .angle = 0.5, .intensity = 3}};
+    setting.colliders = {block("white", {Vec3(-2, away, -2), Vec3(2, away + 1, 2)})};
+    const Rays rays(setting);
+    const double expected = 3 / std::sqrt(1 + 0.04 + 0.09);
+    for (int k = 0; k < 32; ++k) {
+      const Mean one = rays.mean(Vec3(0.3, 0, 0), Vec3(0.05 * k - 0.8, away, 0.03 * k - 0.5), 2, 64);
+      EXPECT_NEAR(one.value.x(), expected, 0.01 * expected) << away << " m, " << k;
+    }
+  }
+}
+
 TEST(Caustics, OfNoneLeaveFullShadowsUnderWater) {
   render::Setting setting = floor_setting({.kind = "area", .position = Vec3(0, 0, 3), .target = Vec3(0, 0, 0), .intensity = 10});
   setting.options.bounces = 8;
@@ -221,6 +306,18 @@ TEST(Ground, OfAStudioBendsUpBehindTheDomain) {
   setting.options.ground = "none";
   EXPECT_EQ(trace::make_scene(setting).ground.meet({.origin = Vec3f(0, 0, 1), .direction = -Vec3f::UnitZ()}).t,
             std::numeric_limits<float>::infinity());
+}
+
+TEST(Environment, IsReadByTheKindItsNameSaysInCapitalsToo) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("sky" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  render::Image image{.width = 8, .height = 4, .channels = {"R", "G", "B"}, .pixels = std::vector<float>(8 * 4 * 3, 2.5f)};
+  base::Ledger ledger;
+  render::write_exr(folder / "a.exr", image, {}, ledger);
+  std::filesystem::copy_file(folder / "a.exr", folder / "b.EXR");
+  for (const char* name : {"a.exr", "b.EXR"})
+    EXPECT_NEAR(trace::read_environment(folder / name, Vec3f::Ones(), 0).radiance(Vec3f::UnitY()).x(), 2.5, 1e-3) << name;
+  std::filesystem::remove_all(folder);
 }
 
 // A light's density there is more than a float's square holds.

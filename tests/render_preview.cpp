@@ -193,6 +193,22 @@ TEST(Preview, HasAxesInMetres) {
   EXPECT_LT(labels, 2000u) << "the room is the same, its labels are not";
 }
 
+// A domain of millimetres and one of kilometres are seen as one of a metre, from as far.
+TEST(Preview, SeesSmallAndLargeDomainsAlike) {
+  std::vector<std::size_t> seen;
+  for (const double scale : {1.0, 1e-3, 1e3}) {
+    render::Setting setting = coloured(3, "speed");
+    setting.domain.upper *= scale;
+    setting.camera = {.position = scale * Vec3(2.2, -2, 1.5), .target = scale * Vec3(0.5, 0.5, 0.4), .fov = 35};
+    sim::Frame frame = full(3, [](const Vec3&) { return Vec3(1, 0, 0); });
+    for (Vec3f& x : frame.position) x *= static_cast<float>(scale);
+    frame.pscale *= scale;
+    seen.push_back(changed(render::preview(setting, {}, "", 2), render::preview(setting, frame, "", 2)));
+  }
+  EXPECT_GT(seen[0], 5000u);
+  for (const std::size_t other : {seen[1], seen[2]}) EXPECT_NEAR(static_cast<double>(other), static_cast<double>(seen[0]), 0.02 * static_cast<double>(seen[0]));
+}
+
 // Letters of a caption that would be cut off are not begun: what is left of it is whole.
 TEST(Preview, LeavesOutWhatHasNoRoom) {
   const render::Setting setting = coloured(3, "speed");

@@ -230,6 +230,48 @@ TEST(SolidStep, GoesOnToTheBitFromAStateAndOnAnyNumberOfThreads) {
   }
 }
 
+// A scene moved by half of a periodic domain, so that bodies lie across its side, is the same scene.
+TEST(SolidStep, OfBodiesAcrossAPeriodicSideNothingChanges) {
+  for (const int dimension : {2, 3})
+    for (const char* transfer : {"polypic", "flip"}) {
+      std::vector<Totals> ends, starts;
+      for (const double shift : {0.5, 0.0}) {
+        Scene scene = walled_scene(dimension, 1, 0.05);
+        Options& o = scene.options;
+        o.seeding = Seeding::regular;
+        o.boundary[0] = {Side::periodic, Side::periodic};
+        o.domain.upper = dimension == 2 ? base::Vec3(1, 0.4, 0) : base::Vec3(1, 0.4, 0.4);
+        set_transfer(o, transfer);
+        Material jelly = kJelly;
+        jelly.volume_averaging = true;
+        scene.bodies = {ball({0.01 + shift, 0.2, dimension == 2 ? 0 : 0.2}, 0.12, jelly)};
+        scene.bodies[0].velocity = {0.3, -1, 0};
+        scene.bodies[0].spin = {0, 0, 4};
+        const auto simulation = make_simulation(scene, 25);
+        const auto totals = run(*simulation, 4);
+        starts.push_back(totals.front()), ends.push_back(totals.back());
+      }
+      EXPECT_NEAR(starts[1].kinetic_energy, starts[0].kinetic_energy, 1e-6 * starts[0].kinetic_energy) << dimension << transfer;
+      EXPECT_NEAR(ends[1].kinetic_energy, ends[0].kinetic_energy, 1e-4 * ends[0].kinetic_energy) << dimension << transfer;
+      EXPECT_NEAR(*ends[1].elastic_energy, *ends[0].elastic_energy, 1e-4 * *ends[0].elastic_energy) << dimension << transfer;
+      EXPECT_GT(*ends[0].elastic_energy, 0.05 * ends[0].kinetic_energy);   // it has met the floor
+    }
+}
+
+TEST(SolidStep, GoesOnToTheBitWithTheWorkOfGravity) {
+  Scene scene = open_scene(2, 1, 0.05);
+  scene.options.precision = Precision::single_precision;
+  scene.bodies = {ball({0.5, 0.5, 0}, 0.2, kJelly)};
+  scene.bodies[0].velocity = {1, 0.3, 0};
+  scene.effects = {{"gravity", {1, 0, 0}}};
+  const auto straight = make_simulation(scene, 50);
+  run(*straight, 2);
+  const auto again = make_simulation(scene, 50);
+  again->restore(straight->state());
+  EXPECT_EQ(run(*straight, 1).back().gravity_work, run(*again, 1).back().gravity_work);   // to the bit
+  EXPECT_NE(again->totals().gravity_work, 0);
+}
+
 TEST(SolidStep, AMaterialTooStiffForItsFramesIsRefusedWithItsCause) {
   Scene scene = open_scene(2, 1, 0.05);
   Material hard = kJelly;

@@ -60,6 +60,15 @@ TEST_F(Verify, SuggestsTheNearestNameForOneThatIsNotThere) {
   EXPECT_EQ(run({"verify", "*/nothing/*"}).exit, 2);
 }
 
+TEST_F(Verify, NeedsNoProgramThatPlots) {
+  const std::string path = ::getenv("PATH");
+  ::setenv("PATH", folder.c_str(), 1);
+  const Outcome outcome = run({"verify", "spinning_disk/2d/apic/single", "--quick"});
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(outcome.exit, 0) << outcome.err;
+  EXPECT_NE(text_of(folder / "out/verify/report.html").find("No plots: "), std::string::npos);
+}
+
 TEST_F(Verify, RefusesACaseThatQuickLeavesOut) {
   const Outcome outcome = run({"verify", "swelling_by_spin/3d/apic/double", "--quick"});
   EXPECT_EQ(outcome.exit, 2);

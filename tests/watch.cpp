@@ -345,6 +345,23 @@ TEST(Watch, ChangesNoBitOfWhatBreaksNoLaw) {
 }
 
 // Its memory goes with the state: a run that goes on from a checkpoint decides as one that never stopped.
+// A tank upside down has no more energy to lose than one that stands.
+TEST(Watch, CountsEnergyFromTheSideThatGravityPointsTo) {
+  std::vector<double> starts;
+  for (const double up : {-1.0, 1.0}) {
+    Scene scene = tank(2, 0.05, {0, up < 0 ? 0 : 0.8, 0}, {1, up < 0 ? 0.2 : 1, 0});
+    scene.options.domain = {base::Vec3::Zero(), base::Vec3(1, 1, 0)};
+    scene.options.seeding = Seeding::regular;
+    scene.effects = {{"gravity", {0, up * 9.81, 0}}};
+    std::vector<double> memory;
+    const Watch watch(scene, 24);
+    ASSERT_TRUE(read_column<double>(watch.state(), "watch", 9, 1, memory));
+    starts.push_back(memory[0]);
+  }
+  EXPECT_NEAR(starts[0], 200 * 9.81 * 0.1, 1e-6);   // mass, gravity and middle
+  EXPECT_NEAR(starts[1], starts[0], 1e-6);
+}
+
 TEST(Watch, GoesOnFromItsStateWithWhatItRemembers) {
   Watch whole(water(), 24), rest(water(), 24);
   base::Ledger ledger;

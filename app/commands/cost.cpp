@@ -9,6 +9,7 @@
 #include "app/stages/document.h"
 #include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/lock.h"
 #include "app/study/cost.h"
 #include "app/study/cost_report.h"
 #include "app/study/study_files.h"
@@ -38,6 +39,32 @@ fs::path shot_of(const std::string& subject) {
   }
 }
 
+/// One study at a time works in a directory, and measures.
+class StudyLock {
+ public:
+  explicit StudyLock(const CostOrder& order) : out_(order.out) {
+    if (order.dry_run) return;
+    std::error_code failure;
+    made_ = fs::create_directories(out_, failure);
+    if (failure) base::throw_io(out_.string(), failure.message());
+    const fs::path file = out_ / ".study.lock";
+    if (std::optional<Lock> lock = Lock::try_take(file)) lock_.emplace(std::move(*lock));
+    else base::throw_input(out_.string(), "in use by " + owner_of(file));
+  }
+  ~StudyLock() {
+    lock_.reset();
+    std::error_code none;
+    if (made_) fs::remove(out_, none);   // where nothing came of it
+  }
+  StudyLock(const StudyLock&) = delete;
+  StudyLock& operator=(const StudyLock&) = delete;
+
+ private:
+  fs::path out_;
+  bool made_ = false;
+  std::optional<Lock> lock_;
+};
+
 }  // namespace
 
 bool cost(const Request& request) {
@@ -55,8 +82,12 @@ bool cost(const Request& request) {
                   .threads = cores, .repeats = request.repeats, .command = request.line, .dry_run = request.dry_run};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
   refuse_what_is_given_twice(order.vary, order.overrides);
-  if (fs::exists(order.out) && !fs::is_directory(order.out)) base::throw_io(order.out.string(), "Not a directory");
+  std::error_code failure;
+  const fs::file_status there = fs::status(order.out, failure);
+  if (failure && there.type() == fs::file_type::none) base::throw_io(order.out.string(), failure.message());
+  if (fs::exists(there) && !fs::is_directory(there)) base::throw_io(order.out.string(), "Not a directory");
   Folder::refuse_for_other_reports(order.out);
+  const StudyLock alone(order);
   catch_signals();
   surface::initialize();
   base::Progress progress(request.json ? stderr : stdout, request.quiet);

@@ -18,7 +18,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic plan SHOT        what a shot asks for and what it will cost
   polypic cost SHOT        what more or less accuracy would cost in time; also cost PROBLEM
   polypic list             shots, materials, looks and problems that come with the program
-  polypic info FILE        what is in a .vdb, .exr, .png, run.json or report.html
+  polypic info FILE        what is in a .vdb, .exr, .png, .mp4, .h5, .json, .toml or .html
   polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic sheet RUN...     pictures of several runs side by side, with labels
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning

@@ -122,7 +122,7 @@ Json page_info(const fs::path& file) {
 }
 
 /// The extension; a checkpoint that was put aside, state.0010.h5.bad2, is still one.
-std::string kind_of(const fs::path& file) { return (file.extension().string().starts_with(".bad") ? file.stem() : file).extension().string(); }
+std::string kind_of(const fs::path& file) { return base::extension_of(file.extension().string().starts_with(".bad") ? file.stem() : file); }
 
 std::string plain(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 

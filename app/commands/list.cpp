@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/stages/document.h"
 #include "base/atomic_file.h"
 #include "base/text.h"
 #include "sim/problem.h"
@@ -70,7 +71,7 @@ void print_names(const char* title, const Json& entries) {
 void list(const Request& request) {
   const Json out = {{"schema", 1}, {"shots", shots_json()}, {"materials", materials_json()}, {"looks", looks_json()}, {"problems", problems_json()}};
   if (request.json) {
-    std::printf("%s\n", out.dump(2).c_str());
+    std::fputs(document_text(out).c_str(), stdout);
     return;
   }
   std::printf("shots\n");

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/stages/document.h"
 #include "app/study/problem_shot.h"
 #include "base/error.h"
 #include "base/text.h"
@@ -94,7 +95,7 @@ void print_json(const std::vector<KeyRow>& rows) {
       if (!text.empty()) entry[name] = text;
     out["keys"].push_back(entry);
   }
-  std::printf("%s\n", out.dump(2).c_str());
+  std::fputs(document_text(out).c_str(), stdout);
 }
 
 void print_table(const std::vector<KeyRow>& rows) {

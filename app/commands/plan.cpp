@@ -11,6 +11,7 @@
 #include "app/plan/limits.h"
 #include "app/plan/plan.h"
 #include "app/plan/predict.h"
+#include "app/stages/document.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/write_over.h"
 #include "base/atomic_file.h"
@@ -121,7 +122,7 @@ void plan(const Request& request) {
   out["cells"] = std::llround(size.cells);
   out["frames"] = {range.first, range.last};
   if (predicted) out["predicted"] = prediction_json(*predicted);
-  std::printf("%s\n", out.dump(2).c_str());
+  std::fputs(document_text(out).c_str(), stdout);
 }
 
 }  // namespace app

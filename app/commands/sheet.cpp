@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/stages/document.h"
 #include "app/stages/folder.h"
 #include "app/stages/record.h"
 #include "app/stages/write_over.h"
@@ -107,14 +108,17 @@ void sheet(const Request& request) {
   if (out.extension() != ".png") throw base::Error({.file = "--out " + out.string(), .message = "a sheet is a .png file"});
   std::vector<Folder> runs;
   for (const std::string& subject : request.subjects) {
-    if (!fs::exists(subject)) base::throw_input(subject, "no such run or picture");
-    if (fs::is_directory(subject)) runs.emplace_back(subject);
+    std::error_code failure;
+    const fs::file_status there = fs::status(subject, failure);
+    if (!fs::exists(there)) base::throw_input(subject, there.type() == fs::file_type::not_found ? "no such run or picture" : failure.message());
+    if (fs::is_directory(there)) runs.emplace_back(subject);
   }
   if (!runs.empty() && runs.size() != request.subjects.size())
     throw base::Error({.message = "a sheet is of runs or of pictures, not of both"});
   if (runs.empty() && request.frames) throw base::Error({.file = "--frames", .message = "has no effect with pictures: they are of one frame each"});
+  std::error_code none;
   for (const Folder& run : runs)
-    if (!fs::exists(run.shot())) base::throw_input(run.root().string(), "not the directory of a run");
+    if (!fs::exists(run.shot(), none)) base::throw_input(run.root().string(), "not the directory of a run");
   refuse_to_write_over_what_is_shown(out, request.subjects, runs);
   const Panels panels = runs.empty() ? panels_of_pictures(request.subjects) : panels_of_runs(runs, request.frames);
   require_one_size(request.subjects, panels.pictures);
@@ -123,7 +127,7 @@ void sheet(const Request& request) {
   render::write_png(out, image, {}, /*display_referred=*/true, ledger);
   if (!request.json) return;
   const nlohmann::ordered_json told = {{"file", out.string()}, {"width", image.width}, {"height", image.height}, {"labels", panels.labels}};
-  std::printf("%s\n", told.dump(2).c_str());
+  std::fputs(document_text(told).c_str(), stdout);
 }
 
 }  // namespace app

@@ -6,6 +6,7 @@
 #include "app/compare/run.h"
 #include "app/stages/write_over.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "surface/surface.h"
 
 namespace app {
@@ -29,7 +30,7 @@ Kind kind_of(const fs::path& path) {
     return Kind::run;
   }
   if (!fs::is_regular_file(status)) base::throw_input(path.string(), "is a pipe or a device, not a file");
-  const std::string extension = path.extension().string();
+  const std::string extension = base::extension_of(path);
   if (extension == ".png" || extension == ".exr") return Kind::image;
   if (extension == ".vdb") return surface::holds_points(path) ? Kind::points : Kind::volume;
   base::throw_input(path.string(), "nothing that is compared: .png, .exr, .vdb, or the directory of a run");

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 /// What a record says of the making of a frame and not of the frame.
 const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "cpu_seconds", "peak_bytes",
-                                       "passes", "checkpoint"};
+                                       "passes", "checkpoint", "attributes"};
 
 Json read_record_of(const Folder& folder, std::int64_t frame) {
   const fs::path file = folder.record(Stage::simulate, frame);
@@ -48,10 +48,21 @@ double relative_difference(const Json& a, const Json& b) {
   return difference > 0 ? std::sqrt(difference / std::max(length_u, length_v)) : 0;
 }
 
+/// A record with each number of its energy audit as one of its own; `with_audit`: else without it.
+Json flat(Json record, bool with_audit) {
+  const Json audit = record.value("energy_changes", Json::object());
+  record.erase("energy_changes");
+  if (with_audit)
+    for (const auto& [pass, change] : audit.items()) record["energy_changes." + pass] = change;
+  return record;
+}
+
 /// Sums of one frame: {same, max, quantity}, the quantity being the one that differs most. The hash of the state counts where
 /// everything must be equal.
 Json compare_sums(const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& tolerance) {
-  const Json in_a = read_record_of(a, frame), in_b = read_record_of(b, frame);
+  const Json read_a = read_record_of(a, frame), read_b = read_record_of(b, frame);
+  const bool audited = read_a.contains("energy_changes") && read_b.contains("energy_changes");   // asking for it changes no result
+  const Json in_a = flat(read_a, audited), in_b = flat(read_b, audited);
   std::set<std::string> names;
   for (const Json* record : {&in_a, &in_b})
     for (const auto& [name, value] : record->items())

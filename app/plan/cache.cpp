@@ -7,11 +7,13 @@
 #include <thread>
 
 #include "app/plan/pilot.h"
+#include "app/stages/document.h"
 #include "app/stages/hash.h"
 #include "app/stages/machine.h"
 #include "app/version.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -21,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSchema = 1;
 
-/// Sizes that a pilot is scaled from and to; frames are in its content.
+/// Sizes that a pilot is scaled from and to; frames are in its content. Those of the surface are scaled with the cell's: what they are of it counts.
 constexpr std::string_view kSizes[] = {"sim.cell", "render.width", "render.height", "render.spp", "shot.frames", "shot.quality", "surface.voxel",
                                        "surface.radius"};
 
@@ -38,6 +40,8 @@ fs::path pilot_file(const Shot& shot, int threads) {
   std::string text = machine_and_program() + "|" + std::to_string(threads);
   for (const auto& [key, value] : shot.values)
     if (std::find(std::begin(kSizes), std::end(kSizes), key) == std::end(kSizes)) text += "\n" + key + "=" + value;
+  for (const std::optional<double>& size : {shot.surface.voxel, shot.surface.radius})
+    text += "\n" + (size ? base::to_text(double(float(*size / shot.scene.options.cell))) : "");   // a float: as quotients of other sizes round
   return cache_folder() / ("pilot." + hex16(fnv1a(text)) + ".json");
 }
 
@@ -87,7 +91,7 @@ void keep_pilot(const Shot& shot, int threads, const Pilot& pilot) {
     fs::create_directories(file.parent_path());
     const Json json = {{"schema", kSchema}, {"shot", shot.name}, {"last", pilot.last}, {"seconds", pilot.seconds},
                        {"small", to_json(pilot.small)}, {"wide", to_json(pilot.wide)}, {"fine", to_json(pilot.fine)}};
-    base::write_text_atomically(file, json.dump() + "\n");
+    base::write_text_atomically(file, document_text(json));
   } catch (const fs::filesystem_error&) {
   } catch (const base::Error&) {
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/plan/plan.h"
+#include "app/study/text.h"
 
 namespace app {
 namespace {
@@ -21,7 +22,7 @@ struct Placed {
 std::string number(int n) { return std::to_string(n); }
 
 std::string text(int x, int y, const std::string& content, const std::string& more) {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" " + more + ">" + content + "</text>\n";
+  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" " + more + ">" + html_text(content) + "</text>\n";
 }
 
 std::string line(int x1, int y1, int x2, int y2, const std::string& more) {

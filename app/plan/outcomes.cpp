@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/plan/predict.h"
+#include "app/stages/document.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/text.h"
@@ -65,7 +66,7 @@ void keep_outcome(const Outcome& latest) {
   }
   try {
     fs::create_directories(file.parent_path());
-    base::write_text_atomically(file, json.dump(2) + "\n");
+    base::write_text_atomically(file, document_text(json));
   } catch (const fs::filesystem_error&) {   // a cache that cannot be written is none
   } catch (const base::Error&) {
   }

@@ -2,24 +2,24 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "app/stages/interrupt.h"
+#include "app/stages/program.h"
 #include "app/stages/record.h"
 #include "app/stages/stopwatch.h"
 #include "base/scratch_folder.h"
 #include "base/text.h"
 #include "sim/empty_body.h"
 #include "sim/size.h"
-
-extern char** environ;
 
 namespace app {
 namespace {
@@ -49,21 +49,16 @@ bool ended_well(pid_t child, double seconds, const std::function<bool()>& given_
 
 bool run(const fs::path& program, const fs::path& cache, std::vector<std::string> words, double seconds, const std::function<bool()>& given_up) {
   words.insert(words.begin(), program.string());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
   std::vector<std::string> variables = {"XDG_CACHE_HOME=" + cache.string()};   // a micro-run is none that is remembered
   for (char** variable = environ; *variable; ++variable)
     if (!std::string_view(*variable).starts_with("XDG_CACHE_HOME=")) variables.emplace_back(*variable);
   std::vector<char*> environment;
   for (std::string& variable : variables) environment.push_back(variable.data());
   environment.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int stream : {0, 1, 2}) posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", stream == 0 ? O_RDONLY : O_WRONLY, 0);
+  const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   pid_t child = -1;
-  const int failure = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environment.data());
-  posix_spawn_file_actions_destroy(&actions);
+  const int failure = start_program(std::move(words), {nothing, nothing, nothing}, environment.data(), /*in_own_group=*/false, child);
+  ::close(nothing);
   return failure == 0 && ended_well(child, seconds, given_up);
 }
 

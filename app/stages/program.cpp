@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <csignal>
 #include <system_error>
+#include <utility>
 
 #include "base/error.h"
 
@@ -45,9 +46,9 @@ std::string last_line(int descriptor) {
   return start == std::string::npos ? log : log.substr(start + 1);
 }
 
-/// Returns 0, or what kept it from starting. The program dies with this process: left alone it would write, behind whoever goes on with the work, a file
-/// that nobody waits for.
-int start(std::vector<std::string>& words, int input, int log, pid_t& child) {
+}  // namespace
+
+int start_program(std::vector<std::string> words, const std::array<int, 3>& streams, char* const* environment, bool in_own_group, pid_t& child) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -57,9 +58,11 @@ int start(std::vector<std::string>& words, int input, int log, pid_t& child) {
   child = ::vfork();
   if (child < 0) return errno;
   if (child == 0) {
-    ::setpgid(0, 0);
+    if (in_own_group) ::setpgid(0, 0);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() == parent && ::dup2(input, 0) >= 0 && ::dup2(log, 1) >= 0 && ::dup2(log, 2) >= 0) ::execvp(given[0], given);
+    bool ready = ::getppid() == parent;
+    for (int stream = 0; stream < 3; ++stream) ready = ready && ::dup2(streams[static_cast<std::size_t>(stream)], stream) >= 0;
+    if (ready) ::execvpe(given[0], given, environment ? environment : environ);
     failure = errno;
     ::_exit(127);
   }
@@ -67,8 +70,6 @@ int start(std::vector<std::string>& words, int input, int log, pid_t& child) {
   ::waitpid(child, nullptr, 0);
   return failure;
 }
-
-}  // namespace
 
 bool write_all(int pipe, const std::string& bytes) {
   for (std::size_t at = 0; at < bytes.size();) {
@@ -85,7 +86,7 @@ ProgramEnd run_program(std::vector<std::string> words, const std::string& made, 
   if (log < 0) base::throw_io(made, reason(errno));
   Pipe pipe(made);
   pid_t child = 0;
-  const int failure = start(words, pipe.read, log, child);
+  const int failure = start_program(std::move(words), {pipe.read, log, log}, nullptr, /*in_own_group=*/true, child);
   Pipe::close(pipe.read);
   int status = 0;
   if (failure == 0) {

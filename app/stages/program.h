@@ -1,10 +1,17 @@
 #pragma once
 // Programs that work for us: ffmpeg, gnuplot.
+#include <sys/types.h>
+
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace app {
+
+/// Starts a program that dies with the thread that calls this: left alone it would go on writing behind whoever takes up the work. `streams` become
+/// its standard input, output and errors. `environment` as execve() wants it; null: ours. Returns 0, or the system's number for what kept it from starting.
+int start_program(std::vector<std::string> words, const std::array<int, 3>& streams, char* const* environment, bool in_own_group, pid_t& child);
 
 struct ProgramEnd {
   bool started = false;   // false: it is not installed, or cannot be run

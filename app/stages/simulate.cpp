@@ -35,11 +35,11 @@ bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_sear
 
 double PointsMaker::make(std::int64_t frame) {
   assert(is_missing(frame) && watch_->state().frame <= frame);
-  const Stopwatch watch;
+  Stopwatch watch;
   base::Ledger ledger(plan_of(shot_, Stage::simulate));
   checkpoints_.restore(*watch_, watch_->state().frame, frame);
   while (watch_->state().frame < frame) {
-    ledger.clear();
+    ledger.clear(), watch = {};   // what is made again on the way belongs to no frame that is recorded
     advance(ledger);
     check_repeats();
   }

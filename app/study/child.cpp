@@ -2,20 +2,20 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <spawn.h>
 #include <string.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <thread>
 
 #include "app/stages/interrupt.h"
+#include "app/stages/program.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/scratch_folder.h"
-
-extern char** environ;
 
 namespace app {
 namespace {
@@ -37,18 +37,12 @@ ChildEnd run_child(const std::vector<std::string>& words) {
   const base::ScratchFolder scratch;
   std::vector<std::string> all = {fs::read_symlink("/proc/self/exe", none).string()};
   all.insert(all.end(), words.begin(), words.end());
-  std::vector<char*> arguments;
-  for (std::string& word : all) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
   const fs::path out = scratch.path() / "out", err = scratch.path() / "err";
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const auto opened = [](const fs::path& file, int how) { return ::open(file.c_str(), how | O_CLOEXEC, 0600); };
+  const std::array<int, 3> streams = {opened("/dev/null", O_RDONLY), opened(out, O_WRONLY | O_CREAT | O_TRUNC), opened(err, O_WRONLY | O_CREAT | O_TRUNC)};
   pid_t child = -1;
-  const int failure = ::posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  const int failure = start_program(all, streams, nullptr, /*in_own_group=*/false, child);
+  for (const int stream : streams) ::close(stream);
   if (failure != 0) base::throw_io(all[0], ::strerror(failure));
   int status = 0;
   bool told = false;

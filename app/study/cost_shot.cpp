@@ -62,6 +62,8 @@ class ShotStudy {
         last_(order.frames ? order.frames->last : shot_.frames) {
     if (order.frames && order.frames->first != 1)
       throw base::Error({.file = "--frames", .hint = "as in --frames 1-24", .message = "must begin with 1: a simulation starts there"});
+    for (const Varied& varied : order.vary)
+      if (varied.key == "shot.fps") throw base::Error({.file = "--vary shot.fps", .message = "frames of one number would be of different times"});
     if (last_ < 2) throw base::Error({.file = "--frames", .message = "must reach to frame 2 at least: nothing has moved before"});
     if (shot_.has_pictures) more_ = {"render.width=480", "render.height=270"};
     if (shot_.has_pictures && shot_.scene.options.dimension == 3) more_.push_back("render.spp=16");
@@ -222,9 +224,7 @@ class ShotStudy {
   std::int64_t missing_pictures(const std::vector<Trial>& trials) const {
     std::int64_t missing = 0;
     for (const Trial& t : trials)
-      if (shot_.has_pictures && t.variant.ran())
-        missing +=
-            std::count_if(pictures_.begin(), pictures_.end(), [&](std::int64_t f) { return !fs::exists(Folder(folder_of(t)).image(f, ".png")); });
+      if (shot_.has_pictures && t.variant.ran()) missing += std::int64_t(app::missing_pictures(run_of(t, folder_of(t)), pictures_).size());
     return missing;
   }
 

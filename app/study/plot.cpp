@@ -16,15 +16,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A path as gnuplot reads it: each ' twice.
+std::string quoted(const fs::path& path) {
+  std::string out = "'";
+  for (const char c : path.string()) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
+
 std::string terminal_svg(const Plot& plot, const fs::path& file) {
   return "set terminal svg size " + std::to_string(plot.width) + "," + std::to_string(plot.height)
-      + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output '" + file.string() + "'\n";
+      + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output " + quoted(file) + "\n";
 }
 
 /// Twice the size of the SVG; this terminal's letters are in points of 4/3 pixels.
 std::string terminal_png(const Plot& plot, const fs::path& file) {
   return "set terminal pngcairo size " + std::to_string(2 * plot.width) + "," + std::to_string(2 * plot.height) +
-         " background '#ffffff' font 'DejaVu Sans,16' fontscale 1.5 linewidth 2 pointscale 3\nset output '" + file.string() + "'\n";
+         " background '#ffffff' font 'DejaVu Sans,16' fontscale 1.5 linewidth 2 pointscale 3\nset output " + quoted(file) + "\n";
 }
 
 void run_gnuplot(const fs::path& folder, const std::string& script, const std::string& made) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/stages/finished.h"
 #include "app/stages/folder.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/picture.h"
@@ -43,7 +44,10 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
     particles = t.particles, steps += t.substeps;
     seconds += record->seconds, cpu += record->cpu_seconds, peak = std::max(peak, record->peak_bytes);
     if (t.volume_drift) drift += std::abs(*t.volume_drift), ++drifts;
-    for (const auto& [name, cost] : record->passes) passes.add(name, cost);
+    for (const auto& [name, cost] : record->passes) {
+      if (name == "write_points" || name == "checkpoint") seconds -= cost.seconds, cpu -= cost.cpu_seconds;   // a disk is as fast as it happens to be
+      else passes.add(name, cost);
+    }
     for (const auto& [stage, change] : t.energy_changes) changes[stage] += start != 0 ? change / start : 0;
   }
   if (drifts > 0) run["errors"]["volume"] = drift / double(drifts);
@@ -51,7 +55,7 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
   run["energy_changes"] = changes;
   run["particles"] = particles, run["steps"] = steps, run["seconds"] = seconds, run["cpu_seconds"] = cpu, run["peak_bytes"] = peak;
   MeasuredRun& costs = run["passes"] = MeasuredRun::object();
-  base::PassCost other{last, seconds, 0, cpu};   // sums and states of frames, checksums of their files
+  base::PassCost other{last, seconds, 0, cpu};   // sums and states of frames
   for (const auto& [name, cost] : passes.passes()) other.seconds -= cost.seconds, other.cpu_seconds -= cost.cpu_seconds;
   passes.add("other", {last, std::max(0.0, other.seconds), 0, std::max(0.0, other.cpu_seconds)});
   for (const auto& [name, cost] : passes.passes())
@@ -67,18 +71,26 @@ MeasuredRun simulate(const ShotRun& run, std::string& failure) {
   return measured_from(Folder(run.out), run.last);
 }
 
-std::string make_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
+std::vector<std::int64_t> missing_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
+  const Shot shot = read_shot(run.shot, run.overrides);
   const Folder folder(run.out);
-  const auto is_there = [&](std::int64_t frame) {
-    std::error_code none;
-    return fs::exists(folder.image(frame, ".png"), none);
-  };
-  if (std::all_of(frames.begin(), frames.end(), is_there)) return "";
+  const StageHashes hashes = stage_hashes(shot);
+  const std::int64_t dimension = shot.scene.options.dimension;
+  Finished finished(folder, hashes, dimension);
+  std::vector<std::int64_t> missing;
+  for (const std::int64_t frame : frames)
+    if (!finished.has(Stage::render, frame) || (dimension == 3 && !finished.has(Stage::surface, frame))) missing.push_back(frame);
+  return missing;
+}
+
+std::string make_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
   try {
+    const std::vector<std::int64_t> missing = missing_pictures(run, frames);
+    if (missing.empty()) return "";
     const Shot shot = read_shot(run.shot, run.overrides);
+    const Folder folder(run.out);
     PictureMaker maker(shot, folder, stage_hashes(shot), run.threads);
-    for (const std::int64_t frame : frames) {
-      if (is_there(frame)) continue;
+    for (const std::int64_t frame : missing) {
       stop_if_signalled();
       if (shot.scene.options.dimension == 3) maker.surface(frame);
       maker.render(frame);

@@ -19,7 +19,9 @@ struct ShotRun {
 
 /// Simulates in a process of its own, unless it is there already; an empty document and `failure` where it could not.
 MeasuredRun simulate(const ShotRun&, std::string& failure);
-/// Surfaces, in three dimensions, and pictures of the frames, unless they are there; says why not, or nothing.
+/// Frames whose pictures, and surfaces in three dimensions, are not there as the shot is now.
+std::vector<std::int64_t> missing_pictures(const ShotRun&, const std::vector<std::int64_t>& frames);
+/// Makes those; says why not, or nothing.
 std::string make_pictures(const ShotRun&, const std::vector<std::int64_t>& frames);
 /// Of all its files.
 std::int64_t disk_bytes(const std::filesystem::path& folder);

@@ -23,6 +23,12 @@ const std::string* value_of(const Sets& sets, std::string_view key) {
   return nullptr;
 }
 
+/// A word as TOML may have it.
+std::string_view unquoted(std::string_view word) {
+  const bool is_quoted = word.size() > 1 && word.front() == word.back() && (word.front() == '"' || word.front() == '\'');
+  return is_quoted ? word.substr(1, word.size() - 2) : word;
+}
+
 Sets scheme(const char* transfer, const char* kernel, const char* modes, const char* splitting, const char* carry) {
   Sets sets;
   for (const auto& [key, value] :
@@ -67,7 +73,7 @@ std::vector<Sets> combinations(const std::vector<Varied>& keys) {
   std::set<Sets> seen;
   for (Sets& sets : all) {
     const std::string* const transfer = value_of(sets, "sim.transfer");
-    if (transfer && *transfer != "polypic") std::erase_if(sets, [](const auto& s) { return s.first == "sim.modes"; });
+    if (transfer && unquoted(*transfer) != "polypic") std::erase_if(sets, [](const auto& s) { return s.first == "sim.modes"; });
     if (seen.insert(sets).second) kept.push_back(std::move(sets));
   }
   return kept;

@@ -8,6 +8,7 @@
 #include "app/study/plot.h"
 #include "app/study/verify.h"
 #include "app/version.h"
+#include "base/error.h"
 #include "base/ledger.h"
 #include "base/text.h"
 #include "render/render.h"
@@ -156,7 +157,14 @@ void write_verify_page(const std::vector<Verdict>& all, double seconds, int thre
     if (!curves.empty()) plots.push_back(energy_plot(name, curves));
   }
   plots_of.push_back(plots.size());
-  const std::vector<std::string> drawn = plots.empty() ? std::vector<std::string>{} : svg_of(plots);
+  std::vector<std::string> drawn;
+  try {
+    if (!plots.empty()) drawn = svg_of(plots);
+  } catch (const base::Error& e) {
+    if (std::string(e.what()).find("gnuplot cannot be started") == std::string::npos) throw;
+    page.paragraph(std::string("No plots: ") + e.what());
+    plots_of.assign(plots_of.size(), 0);
+  }
   for (std::size_t f = 0; f < families.size(); ++f) {
     const auto& [name, members] = families[f];
     page.heading(spaced(name));

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace render::files {
 namespace {
@@ -22,8 +23,7 @@ constexpr std::uintmax_t kLargestFile = std::uintmax_t(2) << 30;  // [bytes]
 constexpr std::uint64_t kMostTriangles = 100'000'000;
 
 std::string kind_of(const std::filesystem::path& path) {
-  std::string kind = path.extension().string();
-  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string kind = base::extension_of(path);
   if (kind != ".obj" && kind != ".ply" && kind != ".stl") base::throw_input(path.string(), "is no mesh: must end in .obj, .ply or .stl");
   return kind;
 }

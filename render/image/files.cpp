@@ -10,6 +10,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "render/image/tone.h"
 #include "render/render.h"
 
@@ -104,7 +105,7 @@ void check_png(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
-  if (path.extension() == ".png") check_png(path);
+  if (base::extension_of(path) == ".png") check_png(path);
   auto in = OIIO::ImageInput::open(path.string());
   if (!in) base::throw_input(path.string(), reason_of(OIIO::geterror()));
   return in;

@@ -148,9 +148,19 @@ GLuint program(const char* vertex, const char* fragment) {
   return linked;
 }
 
-/// World to clip space; w is the depth along the view axis [m].
-Eigen::Matrix4f clip_matrix(const view::View& v) {
-  constexpr double kNear = 0.01, kFar = 1000;  // [m]
+/// Of what is drawn, along the view axis [m]; 1 where all of it is behind the camera.
+double largest_depth(const Drawing& d) {
+  double most = 0;
+  const auto take = [&](const base::Vec3f& at) { most = std::max(most, (at.cast<double>() - d.view.position).dot(d.view.forward)); };
+  for (const Disc& disc : d.discs) take(disc.middle);
+  for (const Line& line : d.lines) take(line.from), take(line.to);
+  for (const Corner& corner : d.corners) take(corner.place);
+  return most > 0 ? most + d.radius : 1;
+}
+
+/// World to clip space, of what is not farther than `far` [m]; w is the depth along the view axis [m].
+Eigen::Matrix4f clip_matrix(const view::View& v, double far) {
+  const double near = 1e-3 * far;   // of 24 bits of depth 15 are left for what is half as far
   Eigen::Matrix4d world = Eigen::Matrix4d::Identity(), clip = Eigen::Matrix4d::Zero();
   world.row(0).head<3>() = v.right;
   world.row(1).head<3>() = v.up;
@@ -158,8 +168,8 @@ Eigen::Matrix4f clip_matrix(const view::View& v) {
   world.block<3, 1>(0, 3) = -(world.topLeftCorner<3, 3>() * v.position);
   clip(0, 0) = 1 / v.tan_x;
   clip(1, 1) = 1 / v.tan_y;
-  clip(2, 2) = (kFar + kNear) / (kFar - kNear);
-  clip(2, 3) = -2 * kFar * kNear / (kFar - kNear);
+  clip(2, 2) = (far + near) / (far - near);
+  clip(2, 3) = -2 * far * near / (far - near);
   clip(3, 2) = 1;
   return (clip * world).cast<float>();
 }
@@ -226,7 +236,7 @@ std::vector<std::uint8_t> rasterize(const Drawing& d) {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_PROGRAM_POINT_SIZE);
-  const Eigen::Matrix4f clip = clip_matrix(d.view);
+  const Eigen::Matrix4f clip = clip_matrix(d.view, 1.01 * largest_depth(d));
   if (!d.discs.empty()) {
     const GLuint discs = program(kPointVertex, kPointFragment);
     glUseProgram(discs);

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "render/render.h"
 #include "render/trace/lights.h"
 
@@ -109,7 +110,7 @@ struct Picture {
 };
 
 Picture read_picture(const std::filesystem::path& path) {
-  const std::string kind = path.extension().string();
+  const std::string kind = base::extension_of(path);
   const Image image = kind == ".exr" || kind == ".hdr" ? read_image(path) : scene_linear(read_image(path));
   std::array<std::size_t, 3> rgb{};
   const std::array<const char*, 3> names{"R", "G", "B"};

@@ -224,7 +224,7 @@ struct Geometry::Impl {
 /// A shadow ray on its way.
 struct Geometry::Impl::ShadowRay {
   RTCIntersectContext embree;      // first: the filter gets its address
-  Crossings* crossings = nullptr;  // set: dielectrics let it pass
+  Crossings* crossings = nullptr;  // dielectrics let it pass
 };
 
 void Geometry::Impl::attach(RTCGeometry geometry, unsigned number) {
@@ -238,7 +238,7 @@ void Geometry::Impl::attach(RTCGeometry geometry, unsigned number) {
 /// The facet's own normal is smooth enough for a shadow, and already here.
 void Geometry::Impl::pass_through(const RTCFilterFunctionNArguments* call) {
   auto* way = reinterpret_cast<ShadowRay*>(call->context);
-  if (!way->crossings || way->crossings->count == Crossings::kMost) return;  // an ordinary shadow ray, or too long a way: blocked
+  if (way->crossings->count == Crossings::kMost) return;  // too long a way: blocked
   const auto* ray = reinterpret_cast<const RTCRay*>(call->ray);
   const auto* hit = reinterpret_cast<const RTCHit*>(call->hit);
   const Vec3f direction(ray->dir_x, ray->dir_y, ray->dir_z), geometric(hit->Ng_x, hit->Ng_y, hit->Ng_z);
@@ -376,15 +376,6 @@ Vec3f Geometry::velocity(const Hit& hit) const {
   Vec3f v = Vec3f::Zero();
   for (std::size_t k = 0; k < 4; ++k) v += share[k] * skin.velocities[skin.quads[hit.primitive][k]];
   return v;
-}
-
-bool Geometry::occluded(const Ray& ray, float far) const {
-  if (!impl_->near(ray, far)) return false;
-  Impl::ShadowRay context;
-  rtcInitIntersectContext(&context.embree);
-  RTCRay query = embree_ray(ray, far);
-  rtcOccluded1(impl_->scene, &context.embree, &query);
-  return query.tfar < 0;
 }
 
 bool Geometry::straight(const Ray& ray, float far, Crossings& crossings) const {

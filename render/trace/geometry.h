@@ -79,7 +79,6 @@ class Geometry {
 
   /// Nearest hit before `far`. `primary`: neighbouring calls have similar rays.
   bool intersect(const Ray&, float far, bool primary, Hit&) const;
-  bool occluded(const Ray&, float far) const;
   /// As if dielectrics did not bend light. False when something opaque is in the way, or more surfaces than are counted.
   bool straight(const Ray&, float far, Crossings&) const;
   /// [m/s] of what was hit, where it was hit.

@@ -14,6 +14,7 @@ Vec3f Integrator::radiance(const Ray& camera, Media around, const sampling::Pixe
   Work work{.points = points, .sample = sample, .first = first};
   work.waiting[0].ray = camera;
   Path& start = work.waiting[0];
+  start.from = camera.origin;
   start.media = around;
   start.compression = 1 / (scene_.ior(around) * scene_.ior(around));  // a camera under water looks through a window: its film is in air
   start.weight *= start.compression;
@@ -35,7 +36,7 @@ Media Integrator::media_at(const Vec3f& point, float time) const {
       met = met.with(rank);
       if (hit.geometric.z() > 0) inside = inside.with(rank);
     }
-    up.origin.z() += hit.t + 10 * scene_.offset;
+    up.origin.z() += hit.t + 10 * scene_.offset(up.origin);
   }
   return inside;
 }
@@ -88,10 +89,10 @@ bool Integrator::step(Path& path, Work& work) const {
 void Integrator::add_lights(const Path& path, float t, Work& work) const {
   if (path.scattered > 0 && (path.counted || (path.density == 0 && scene_.caustics != Caustics::path))) return;
   const auto add = [&](const auto& light) {
-    const auto hit = light.find(path.ray.origin, path.ray.direction);
-    if (!hit || hit->distance >= t) return;
+    const auto hit = light.find(path.from, path.ray.direction);
+    if (!hit || hit->distance < path.flown || hit->distance - path.flown >= t) return;
     Path there = path;
-    absorb(there, hit->distance);
+    absorb(there, hit->distance - path.flown);
     const float share = path.density > 0 ? share_of_scattering(scene_.strategy, path.density, hit->density) : 1;
     work.sum += share * there.weight.cwiseProduct(hit->radiance);
   };
@@ -114,16 +115,16 @@ void Integrator::add_background(const Path& path, float portion, Work& work) con
   work.sum += portion * path.weight.cwiseProduct(sum);
 }
 
-/// What of a light gets through to a spot. `crossed`: a dielectric was in between.
+/// What of a light gets through to a spot. Boundaries that do not bend light, as between equal indices or hidden in what comes first, are in nobody's
+/// way; one that does lets it pass if `straight`, and is `crossed` then.
 Vec3f Integrator::shadow(Media media, const Ray& ray, float distance, bool straight, bool& crossed) const {
   const Ground::Met ground = scene_.ground.meet(ray);
   float clear = 1;
   if (ground.t < distance) clear = scene_.ground.fade(ray.origin + ground.t * ray.direction);
   if (!(clear > 0)) return Vec3f::Zero();
   Crossings crossings;
-  if (straight ? !geometry_.straight(ray, distance, crossings) : geometry_.occluded(ray, distance)) return Vec3f::Zero();
-  crossed = crossings.count > 0;
-  if (!crossed && media.inside == 0) return Vec3f::Constant(clear);
+  if (!geometry_.straight(ray, distance, crossings)) return Vec3f::Zero();
+  if (crossings.count == 0 && media.inside == 0) return Vec3f::Constant(clear);
   auto* end = crossings.list.data() + crossings.count;
   std::sort(crossings.list.data(), end, [](const Crossings::One& a, const Crossings::One& b) { return a.t < b.t; });
   Vec3f depth = Vec3f::Zero();
@@ -137,8 +138,11 @@ Vec3f Integrator::shadow(Media media, const Ray& ray, float distance, bool strai
     fly(b.before, c->t);
     media = b.after;
     const float from = scene_.ior(b.before), to = scene_.ior(b.after);
+    if (!b.real() || from == to) continue;
+    if (!straight) return Vec3f::Zero();
+    crossed = true;
     float cos_t;
-    if (b.real() && from != to) clear *= 1 - fresnel(std::min(1.0f, std::abs(c->cosine)), std::max(from, to) / std::min(from, to), cos_t);
+    clear *= 1 - fresnel(std::min(1.0f, std::abs(c->cosine)), std::max(from, to) / std::min(from, to), cos_t);
   }
   if (media.inside != 0) fly(media, distance);
   return clear * (-depth.array()).exp();

@@ -40,7 +40,8 @@ class Integrator {
     Vec3f weight = Vec3f::Ones();
     Media media = {};
     int surfaces = 0;            // met so far
-    float flown = 0;             // [m] from the camera to the last boundary that was hidden
+    Vec3f from = Vec3f::Zero();  // where it last turned, or the camera: of there is `density`
+    float flown = 0;             // [m] since then, to the last boundary that bends no light
     int flights = 0;             // steps so far: boundaries that are hidden and points in a medium count too
     int scattered = 0;           // surfaces that scatter, and points in a medium
     float density = 0;           // [1/sr] of the direction; 0 where it was not drawn from a density (camera, smooth)
@@ -48,9 +49,12 @@ class Integrator {
     bool counted = false;        // the last surface that scatters has sampled the lights behind what came since
     float compression = 1;       // n^2 factors in weight
     std::uint32_t dimension = 1;
+    /// Whether nothing has turned it since the camera.
+    bool is_straight() const { return surfaces == 0 && scattered == 0; }
     void go(const Vec3f& origin, const Vec3f& direction) {
-      ray.origin = origin;
+      ray.origin = from = origin;
       ray.direction = direction;
+      flown = 0;
     }
   };
   struct Work;  // one sample: result, points, branches waiting

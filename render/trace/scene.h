@@ -32,8 +32,10 @@ struct Scene {
   int bounces = 32;
   Caustics caustics = Caustics::straight;
   Strategy strategy = Strategy::both;
-  float offset = 0;               // [m] from a surface to the start of a ray that leaves it
+  float least_offset = 0;         // [m]
 
+  /// [m] From a point of a surface to the start of a ray that leaves it.
+  float offset(const Vec3f& point) const { return std::max(least_offset, 2e-6f * point.cwiseAbs().maxCoeff()); }
   /// The dielectric that is there, or none: air.
   const Material* medium(Media m) const {
     return m.inside == 0 ? nullptr : &surfaces[static_cast<std::size_t>(surface_of[static_cast<std::size_t>(m.top())])].material;

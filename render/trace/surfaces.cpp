@@ -40,7 +40,7 @@ bool Integrator::meets_ground(Path& path, const Ground::Met& met, Work& work) co
     if (fade == 1) return false;
     path.weight *= 1 - fade;
   }
-  if (path.surfaces == 0) work.first = {.found = true, .t = path.flown + met.t, .albedo = ground.material.color, .normal = met.normal, .id = 1};
+  if (path.is_straight()) work.first = {.found = true, .t = path.flown + met.t, .albedo = ground.material.color, .normal = met.normal, .id = 1};
   guide(path, ground.material.color, met.normal, work);
   const Frame frame(met.normal);
   return meets_opaque(path, {point, met.normal, frame, frame.local(-path.ray.direction)}, ground.material, ground.material.color, work);
@@ -49,7 +49,7 @@ bool Integrator::meets_ground(Path& path, const Ground::Met& met, Work& work) co
 bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   const Material& material = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material;
   const Vec3f color = material.color.cwiseProduct(hit.tint);
-  if (path.surfaces == 0)
+  if (path.is_straight())
     work.first = {
         .found = true, .t = path.flown + hit.t, .albedo = color, .normal = hit.shading, .velocity = geometry_.velocity(hit), .id = 2 + hit.surface};
   const Vec3f point = path.ray.origin + hit.t * path.ray.direction;
@@ -102,7 +102,7 @@ bool Integrator::meets_translucent(Path& path, const Spot& spot, const Material&
       if (material.alpha == 0) {
         path.weight *= coat;
         path.density = 0;
-        path.go(spot.point + scene_.offset * spot.geometric,
+        path.go(spot.point + scene_.offset(spot.point) * spot.geometric,
                 keep_on_side(spot.frame.world(Vec3f(-spot.out.x(), -spot.out.y(), spot.out.z())), spot.geometric));
         return true;
       }
@@ -132,10 +132,10 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
   const Vec3f geometric = entering ? hit.geometric : Vec3f(-hit.geometric);
   const float eta = scene_.ior(between.after) / scene_.ior(between.before);
   if (!between.real() || eta == 1) {
-    if (path.surfaces == 0) work.first = {};  // nothing is to be seen of it
+    if (path.is_straight()) work.first = {};  // nothing is to be seen of it
     path.flown += hit.t;
     path.media = between.after;
-    path.ray.origin = point - scene_.offset * geometric;
+    path.ray.origin = point - scene_.offset(point) * geometric;
     return true;
   }
   if (++path.surfaces > scene_.bounces) {
@@ -153,13 +153,13 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
   const float reflected = fresnel(cos_i, eta, cos_t);
   const auto reflection = [&](Path& p) {
     p.media = between.before;
-    p.go(point + scene_.offset * geometric, keep_on_side(reflect(p.ray.direction, normal, cos_i), geometric));
+    p.go(point + scene_.offset(point) * geometric, keep_on_side(reflect(p.ray.direction, normal, cos_i), geometric));
   };
   const auto refraction = [&](Path& p) {
     p.media = between.after;
     p.weight /= eta * eta;
     p.compression /= eta * eta;
-    p.go(point - scene_.offset * geometric, keep_on_side(refract(p.ray.direction, normal, cos_i, cos_t, eta), -geometric));
+    p.go(point - scene_.offset(point) * geometric, keep_on_side(refract(p.ray.direction, normal, cos_i, cos_t, eta), -geometric));
   };
   path.density = 0;
   path.dimension += kDimensionsAtSurface;

@@ -69,7 +69,7 @@ bool Integrator::walks(Path& path, Spot& spot, const Material& material, const V
   Vec3f weight = path.weight.cwiseProduct(tint);
   Ray ray = path.ray;
   const auto start = [&](const Vec3f& point, const Vec3f& normal) {  // from a surface to the side of its normal
-    ray.origin = point + scene_.offset * normal;
+    ray.origin = point + scene_.offset(point) * normal;
     ray.direction = Frame(normal).world(cosine_direction(random.point())).normalized();
   };
   start(spot.point, -spot.geometric);
@@ -82,7 +82,8 @@ bool Integrator::walks(Path& path, Spot& spot, const Material& material, const V
       const bool leaves = ray.direction.dot(hit.geometric) > 0;
       const Material& other = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material;
       if (hit.surface != surface && other.dielectric) {
-        ray.origin = point + scene_.offset * ray.direction;
+        path.media = boundary(path.media, scene_.rank[static_cast<std::size_t>(hit.surface)], !leaves).after;
+        ray.origin = point + scene_.offset(point) * ray.direction;
       } else if (hit.surface != surface) {
         weight = weight.cwiseProduct(other.color);
         start(point, leaves ? Vec3f(-hit.geometric) : hit.geometric);

@@ -57,7 +57,7 @@ void Integrator::light(const Path& path, const Spot& spot, const Scatter& scatte
     const Vec3f value = scatter.value(in);
     if (!(value.maxCoeff() > 0)) return;
     Ray shadow_ray = path.ray;
-    shadow_ray.origin = spot.point + (height > 0 ? scene_.offset : -scene_.offset) * spot.geometric;
+    shadow_ray.origin = spot.point + std::copysign(scene_.offset(spot.point), height) * spot.geometric;
     shadow_ray.direction = to.direction;
     bool crossed = false;
     const Vec3f through = shadow(height > 0 ? path.media : spot.below, shadow_ray, to.distance, straight, crossed);
@@ -80,7 +80,7 @@ bool Integrator::scatters(Path& path, const Spot& spot, const Scatter& scatter, 
   const float height = direction.dot(spot.geometric);
   if ((height > 0) != (s.direction.z() > 0)) return false;
   path.density = s.density;
-  path.go(spot.point + (height > 0 ? scene_.offset : -scene_.offset) * spot.geometric, direction);
+  path.go(spot.point + std::copysign(scene_.offset(spot.point), height) * spot.geometric, direction);
   return true;
 }
 

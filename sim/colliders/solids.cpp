@@ -68,12 +68,14 @@ template <int D>
 void Solids<D>::move_to(double time) {
   time_ = time;
   shapes.clear(), velocities.clear(), thin_.clear();
-  for (const Collider& collider : colliders_)
-    for (const Shape& shape : with_images(shape_at(time, collider, options_), options_)) {
-      // Thicker ones push back to the side that a particle came from: it crosses `cfl` cells in a step.
-      if (const double thin = thickness(shape, D); thin < 1.999 * options_.cfl * cell) thin_.push_back({shapes.size(), thin});
-      shapes.push_back(shape), velocities.push_back(collider.velocity);
-    }
+  const double way = options_.cfl * cell;   // [m] that a particle crosses in a step, and a collider
+  for (const Collider& collider : colliders_) {
+    const Shape now = shape_at(time, collider, options_);
+    for (const Shape& shape : with_images(now, options_)) shapes.push_back(shape), velocities.push_back(collider.velocity);
+    // Thicker ones push back to the side that a particle came from.
+    if (const double thin = thickness(now, D); thin < 1.999 * way)
+      for (const Shape& shape : with_images(now, options_, 2 * way)) thin_.push_back({shape, collider.velocity, thin});
+  }
 }
 
 template <int D>
@@ -161,8 +163,8 @@ void Solids<D>::stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>
     end[a] += (double(to.cell[a]) + double(to.offset[a])) * cell;
   }
   for (const Thin& thin : thin_) {
-    const Shape& shape = shapes[thin.shape];
-    const base::Vec3 first = start + dt * velocities[thin.shape], way = end - first;   // as one who moves with the collider sees it
+    const Shape& shape = thin.shape;
+    const base::Vec3 first = start + dt * thin.velocity, way = end - first;   // as one who moves with the collider sees it
     const double length = way.norm();
     if (length == 0 || shape.distance(first) > length || shape.distance(first) < 0) continue;
     const int looks = int(std::ceil(4 * length / thin.thickness)) + 1;

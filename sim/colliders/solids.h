@@ -77,7 +77,8 @@ struct Solids {
   Options options_;
   double time_ = 0;                   // [s]
   struct Thin {
-    std::size_t shape;                // place in `shapes`
+    Shape shape;                      // as in `shapes`, and images that a particle may come to before it is back in the domain
+    base::Vec3 velocity;              // [m/s]
     double thickness;                 // [m]
   };
   std::vector<Thin> thin_;

@@ -1,6 +1,8 @@
 #include "sim/fluid/advect.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 
 #include "base/parallel.h"
 #include "sim/transfer/near_field.h"
@@ -30,15 +32,17 @@ std::vector<std::size_t> modes_that_bend(const std::vector<ModeIndex<D>>& modes)
 }
 
 template <int kStages, int D, class Real>
-void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
+double advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt,
                const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
   const bool thin = solids.has_thin();
   using V = Vec<D, Real>;
+  std::atomic<Real> longest = 0;   // square of it: the same whoever comes first
   with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& velocity_at) {
     // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
     constexpr std::size_t kTogether = 32;
     std::array<V, kTogether> first, second, third;
+    Real farthest = 0;
     for (; begin < end; begin += kTogether) {
       const std::size_t count = std::min(kTogether, end - begin);
       const auto site_of = [&](std::size_t k) { return Site<D, Real>{particles.cell[begin + k], particles.offset[begin + k]}; };
@@ -59,6 +63,7 @@ void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
       }
       for (std::size_t k = 0; k < count; ++k) {
         Site<D, Real> site = site_of(k);
+        farthest = std::max(farthest, second[k].squaredNorm());
         site.move(second[k]);
         if (thin) solids.stop_in_thin(site_of(k), dt, site);
         particles.cell[begin + k] = site.cell;
@@ -67,16 +72,18 @@ void advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
       for (std::size_t k = 0; k < count && solids.lattice.any_periodic; ++k)
         particles.cell[begin + k] = solids.lattice.wrapped(particles.cell[begin + k]);
     }
+    for (Real seen = longest; farthest > seen && !longest.compare_exchange_weak(seen, farthest);) {}
   });
+  return std::sqrt(double(longest.load()));
 }
 
 }  // namespace
 
 template <int D, class Real>
-void advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
+double advect(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& blocks, const FaceField<D, Real>& velocity, double dt, Advection method,
             const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
-  if (method == Advection::rk3) advect_in<3>(transfer, blocks, velocity, dt, solids, ranges, particles);
-  else advect_in<2>(transfer, blocks, velocity, dt, solids, ranges, particles);
+  if (method == Advection::rk3) return advect_in<3>(transfer, blocks, velocity, dt, solids, ranges, particles);
+  return advect_in<2>(transfer, blocks, velocity, dt, solids, ranges, particles);
 }
 
 template <int D, class Real>
@@ -162,19 +169,19 @@ template std::int64_t remove_outside(const Lattice<2>&, Particles<2, float>&, De
 template std::int64_t remove_outside(const Lattice<2>&, Particles<2, double>&, Departure<2, double>&);
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, float>&, Departure<3, float>&);
 template std::int64_t remove_outside(const Lattice<3>&, Particles<3, double>&, Departure<3, double>&);
-template void advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
+template double advect(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, float>&);
 template Shift<2> shift(const MacTransfer<2, float>&, const ActiveBlocks<2>&, const FaceField<2, float>&, const Solids<2>&, const CellRanges&,
                     std::size_t, Particles<2, float>&);
-template void advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
+template double advect(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, double, Advection, const Solids<2>&,
                      const CellRanges&, Particles<2, double>&);
 template Shift<2> shift(const MacTransfer<2, double>&, const ActiveBlocks<2>&, const FaceField<2, double>&, const Solids<2>&, const CellRanges&,
                     std::size_t, Particles<2, double>&);
-template void advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
+template double advect(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, float>&);
 template Shift<3> shift(const MacTransfer<3, float>&, const ActiveBlocks<3>&, const FaceField<3, float>&, const Solids<3>&, const CellRanges&,
                     std::size_t, Particles<3, float>&);
-template void advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
+template double advect(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, double, Advection, const Solids<3>&,
                      const CellRanges&, Particles<3, double>&);
 template Shift<3> shift(const MacTransfer<3, double>&, const ActiveBlocks<3>&, const FaceField<3, double>&, const Solids<3>&, const CellRanges&,
                     std::size_t, Particles<3, double>&);

@@ -35,34 +35,59 @@ bool is_closed(std::size_t i, const ActiveBlocks<D>& blocks, const OpenFaces<D>&
   return true;
 }
 
+/// Whether an air cell has liquid at an open face, and no air. Neighbours in `unsettled`, a flag a cell, are neither; empty: there are none.
+template <int D>
+bool is_gap(std::size_t i, const std::vector<CellKind>& kind, const std::vector<std::uint8_t>& unsettled, const ActiveBlocks<D>& blocks,
+            const OpenFaces<D>& open) {
+  if (kind[i] != CellKind::air) return false;
+  bool wet = false, dry = false;
+  across_open_faces(i, blocks, open, [&](std::ptrdiff_t j) {
+    if (j >= 0 && !unsettled.empty() && unsettled[std::size_t(j)]) return;
+    const CellKind near = value_at(kind, j, CellKind::air);
+    wet = wet || near == CellKind::liquid;
+    dry = dry || near == CellKind::air;
+  });
+  return wet && !dry;
+}
+
 /// No two cells of which this changes one are neighbours: their order does not matter.
 template <int D>
 void fill_gaps(std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
-  const auto is_gap = [&](std::size_t i) {
-    bool wet = false, dry = false;
-    across_open_faces(i, blocks, open, [&](std::ptrdiff_t j) {
-      const CellKind near = value_at(kind, j, CellKind::air);
-      wet = wet || near == CellKind::liquid;
-      dry = dry || near == CellKind::air;
-    });
-    return wet && !dry;
-  };
   const auto find = [&](std::size_t begin, std::size_t end) {
     Cells gaps;
     for (std::size_t i = begin; i < end; ++i)
-      if (kind[i] == CellKind::air && is_gap(i)) gaps.push_back(i);
+      if (is_gap(i, kind, {}, blocks, open)) gaps.push_back(i);
     return gaps;
   };
   const Cells gaps = base::ordered_reduce(kind.size(), kChunk * Lattice<D>::kCellsPerBlock, Cells{}, find, append);
   for (const std::size_t i : gaps) kind[i] = CellKind::liquid;
 }
 
+/// The same of the cells beside `covered` ones, which are flagged in `unsettled`. In the wake of a body a cell whose middle has just come free is as
+/// empty as its covered neighbour: each would take the other for air.
+template <int D>
+void fill_gaps_beside(const Cells& covered, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks,
+                      const OpenFaces<D>& open) {
+  const auto find = [&](std::size_t begin, std::size_t end) {
+    Cells gaps;
+    for (std::size_t n = begin; n < end; ++n)
+      across_open_faces(covered[n], blocks, open, [&](std::ptrdiff_t j) {
+        if (j >= 0 && !unsettled[std::size_t(j)] && is_gap(std::size_t(j), kind, unsettled, blocks, open)) gaps.push_back(std::size_t(j));
+      });
+    return gaps;
+  };
+  const Cells gaps = base::ordered_reduce(covered.size(), kChunk, Cells{}, find, append);
+  for (const std::size_t i : gaps) kind[i] = CellKind::liquid;
+}
+
 /// Cells that are open but whose middle is in a collider, and hold no particle.
 template <int D>
 void settle_covered(const Cells& covered, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  if (covered.empty()) return;
   std::vector<CellKind> settled(covered.size(), CellKind::air);
-  std::vector<std::uint8_t> is_covered(covered.empty() ? 0 : kind.size());
+  std::vector<std::uint8_t> is_covered(kind.size());
   for (const std::size_t i : covered) is_covered[i] = 1;
+  fill_gaps_beside(covered, is_covered, kind, blocks, open);
   base::parallel_chunks(covered.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       int wetter = 0;

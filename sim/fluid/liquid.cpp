@@ -111,24 +111,25 @@ class Liquid final : public Simulation {
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     step_.scatter(particles_, reflects ? dt / 2 : dt, ledger);
     check_momentum(motion);
+    double way = 0;   // [cells] of the fastest particle
     if (reflects) {
       const double half = project(dt / 2, [&](double) -> base::Vec3 { return base::Vec3::Zero(); }, ledger);
       add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
-      step_.move(half, particles_, ledger);
+      way = step_.move(half, particles_, ledger);
       step_.scatter(particles_, half, ledger);
       const double rest = project(dt / 2 < half ? dt / 2 : half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
-      finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
+      way += finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
     } else {
       dt = project(dt, [&](double whole) -> base::Vec3 { return whole * gravity_; }, ledger);
-      finish(dt, start + dt, motion.speed, ledger);
+      way = finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
     for (int a = 0; a < D; ++a)
       if (options_.periodic(a)) gravity_work_ += dt * gravity_[a] * particles_.mass * (motion.momentum[a] + 0.5 * dt * gravity_[a] * double(particles_.size()));
-    largest_cfl_ = std::max(largest_cfl_, motion.speed * dt / options_.cell);
+    largest_cfl_ = std::max(largest_cfl_, way);
     steps_by_motion_ += dt < left;
     ++substeps_;
     last_step_ = {dt, reflects};
@@ -140,8 +141,9 @@ class Liquid final : public Simulation {
     return dt >= left ? left : dt;
   }
 
-  /// The last projection's field to the particles, of which the fastest has `speed` [m/s], and their motion, which ends at `end` [s].
-  void finish(double dt, double end, double speed, base::Ledger& ledger) {
+  /// The last projection's field to the particles, of which the fastest has `speed` [m/s], and their motion, which ends at `end` [s]. Returns the
+  /// longest way of one [cells].
+  double finish(double dt, double end, double speed, base::Ledger& ledger) {
     drift_.reset();
     LiquidVolume volume;
     if (step_.has_surface() && particles_.size() > 0) {
@@ -161,8 +163,9 @@ class Liquid final : public Simulation {
     }
     step_.gather(gather_rule(dt, speed), particles_, ledger);
     solids_.move_to(end);
-    step_.move(dt, particles_, ledger);
+    const double way = step_.move(dt, particles_, ledger);
     if (corrects) watch_.add_work(particles_.mass * step_.shift_work());   // it is no motion, and lifts the liquid
+    return way;
   }
 
   /// Projects over dt, or less, what forces push(dt) [m/s]: a projection that would carry a face's velocity more than twice as far as cfl allows

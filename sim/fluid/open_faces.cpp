@@ -47,29 +47,40 @@ class Cutter {
   bool touches_solid() const { return touches_wall_ || !near_.empty(); }
 
   double fraction(int local, int axis) const {
-    const Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
-    Cell<D> place;
-    for (int a = 0; a < D; ++a) {
-      place[a] = first_[a] + at[a];
-      const bool below = place[a] < (a == axis), above = place[a] >= solids_.lattice.cells[a];
-      if ((below || above) && !solids_.lattice.periodic[a] && !solids_.open[std::size_t(a)][above]) return 0;
-    }
+    if (in_wall(local, axis)) return 0;
     if (near_.empty()) return 1;
-    const double open = cut(place, axis);
+    const double open = cut(place(local), axis);
     return open < kLeastOpening ? 0 : open;
+  }
+  /// What is behind a face in a wall rests, whatever collider is near.
+  double pushed(int local, int axis, double fraction) const {
+    return fraction < 1 && !in_wall(local, axis) ? (1 - fraction) * solid_speed(local, axis) : 0;
+  }
+
+ private:
+  Cell<D> place(int local) const {
+    Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
+    for (int a = 0; a < D; ++a) at[a] += first_[a];
+    return at;
+  }
+  bool in_wall(int local, int axis) const {
+    const Cell<D> at = place(local);
+    for (int a = 0; a < D; ++a) {
+      const bool below = at[a] < (a == axis), above = at[a] >= solids_.lattice.cells[a];
+      if ((below || above) && !solids_.lattice.periodic[a] && !solids_.open[std::size_t(a)][above]) return true;
+    }
+    return false;
   }
   /// Along the axis, of the collider that is nearest to a face's middle [m/s].
   double solid_speed(int local, int axis) const {
     base::Vec3 at = solids_.origin;
-    const Cell<D> place = Lattice<D>::cell_in(Cell<D>{}, local);
-    for (int a = 0; a < D; ++a) at[a] += (first_[a] + place[a] + (a == axis ? 0 : 0.5)) * solids_.cell;
+    const Cell<D> lower = place(local);
+    for (int a = 0; a < D; ++a) at[a] += (lower[a] + (a == axis ? 0 : 0.5)) * solids_.cell;
     double least = std::numeric_limits<double>::infinity(), speed = 0;
     for (const std::size_t s : near_)
       if (const double far = solids_.shapes[s].distance(at); far < least) least = far, speed = solids_.velocities[s][axis];
     return speed;
   }
-
- private:
   /// Distance [cells] at a place's lower corner, moved by halves of a cell.
   double distance(const Cell<D>& place, const std::array<int, D>& halves) const {
     base::Vec3 at = solids_.origin;
@@ -145,7 +156,7 @@ void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks
             const auto w = float(cutter.fraction(local, a));
             made[n][std::size_t(a)][std::size_t(local)] = w;
             open = open && w == 1;
-            if (moves) made_pushed[n][std::size_t(a)][std::size_t(local)] = w < 1 ? float((1 - double(w)) * cutter.solid_speed(local, a)) : 0;
+            if (moves) made_pushed[n][std::size_t(a)][std::size_t(local)] = float(cutter.pushed(local, a, double(w)));
           }
       is_open[n] = open;
     }

@@ -60,7 +60,7 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base:
   }
   if (options_.audit) {
     const auto pass = ledger.pass("audit", bytes_of(particles));
-    particle_mass_ = particles.mass;
+    particle_mass_ = particles.mass, mass_ = particles.mass * double(particles.size());
     audit_.begin(energy(particles));
   }
   {
@@ -219,7 +219,7 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
 }
 
 template <int D, class Real>
-void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
+double FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
   CellRanges ranges = std::exchange(ranges_, {});
   if (!std::exchange(departed_, false)) depart(particles, ledger);
   if (displaces_) {
@@ -231,9 +231,10 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     });
   }
   if (std::exchange(displaces_, false)) audit("volume", particles, ledger);
+  double way;
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
+    way = advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
   audit("advect", particles, ledger);
   if (solids_.any()) {
@@ -248,17 +249,29 @@ void FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Le
     }
     audit("collide", particles, ledger);
   }
-  if (options_.carry == Carry::fixed) return;
+  if (options_.carry == Carry::fixed) return way;
   {
     const auto pass = ledger.pass("carry", 2 * bytes_of(particles));
     counts_.limited_modes += transfer_.limit(ranges, blocks_, departure_, grid_.mass, options_.carry, particles);
   }
   audit("carry", particles, ledger);
+  return way;
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::audit_in_frame(const base::Vec3& moving, const Particles<D, Real>& particles) {
+  audited_frame_ = moving, mass_ = particles.mass * double(particles.size());
+  audit_.clear(), audit_.begin(energy(particles));
 }
 
 template <int D, class Real>
 EnergyAudit::Energy FluidStep<D, Real>::energy(const Particles<D, Real>& particles) const {
-  return {transfer_.sums(particles, options_.cell).kinetic_energy, potential_energy(particles, down_, options_)};
+  return {audited_energy(transfer_.sums(particles, options_.cell)), potential_energy(particles, down_, options_)};
+}
+
+template <int D, class Real>
+double FluidStep<D, Real>::audited_energy(const typename MacTransfer<D, Real>::Sums& sums) const {
+  return sums.kinetic_energy - audited_frame_.dot(sums.linear_momentum) + 0.5 * mass_ * audited_frame_.squaredNorm();
 }
 
 template <int D, class Real>
@@ -274,7 +287,7 @@ void FluidStep<D, Real>::audit(std::string_view stage, const FaceField<D, Real>&
   if (!options_.audit) return;
   const auto pass = ledger.pass("audit", 2 * grid_bytes());
   const MacVelocity<D, Real> field{velocity, grid_.mass, 0};
-  audit_.reached(stage, transfer_.sums(blocks_, field, particle_mass_, options_.cell).kinetic_energy);
+  audit_.reached(stage, audited_energy(transfer_.sums(blocks_, field, particle_mass_, options_.cell)));
 }
 
 template <int D, class Real>

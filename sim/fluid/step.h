@@ -47,8 +47,9 @@ class FluidStep {
   /// G2P of the field of `scatter` reflected at the projected one, 2 v - v*, while the projected field stays to move the particles [Zehnder18].
   void gather_reflected(const GatherRule&, Particles<D, Real>&, base::Ledger&);
   /// Motion: whoever is then outside an open side is gone. Before it the particles shift by the displacement that `correct_volume` found, where it
-  /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart.
-  void move(double dt, Particles<D, Real>&, base::Ledger&);
+  /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart. Returns the longest way
+  /// that the motion took a particle [cells].
+  double move(double dt, Particles<D, Real>&, base::Ledger&);
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   LiquidVolume volume() const { return liquid_volume<D>(cells_, filling_, blocks_); }
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
@@ -76,6 +77,8 @@ class FluidStep {
   /// Where the energy went since the counts were cleared; empty unless options say audit.
   const EnergyAudit& audit() const { return audit_; }
   EnergyAudit& audit() { return audit_; }
+  /// Begins an audit that does not see the motion of all with `moving` [m/s].
+  void audit_in_frame(const base::Vec3& moving, const Particles<D, Real>&);
   /// [m/s^2] gravity that places are measured by: only along axes that have a floor.
   void falls(const base::Vec3& down) { down_ = down; }
   void clear_counts() { counts_ = {}, audit_.clear(); }
@@ -88,6 +91,8 @@ class FluidStep {
   void audit(std::string_view stage, const Particles<D, Real>&, base::Ledger&);
   void audit(std::string_view stage, const FaceField<D, Real>& velocity, base::Ledger&);
   EnergyAudit::Energy energy(const Particles<D, Real>&) const;
+  /// [J] of what has these sums and the particles' mass.
+  double audited_energy(const typename MacTransfer<D, Real>::Sums&) const;
   /// Keeps where the particles are, which the carry asks for after the motion.
   void depart(const Particles<D, Real>&, base::Ledger&);
   /// For a gather: the shift of a volume correction, while the rows of a block's particles are in the cache. Nothing where there is none, or where
@@ -124,7 +129,8 @@ class FluidStep {
   double solid_work_ = 0;
   StepCounts counts_;
   EnergyAudit audit_, scattered_audit_;         // the second as it was after `scatter`
-  double particle_mass_ = 0;                    // [kg]
+  double particle_mass_ = 0, mass_ = 0;         // [kg] of one, of all; where there is an audit
+  base::Vec3 audited_frame_ = base::Vec3::Zero();   // [m/s]
   base::Vec3 down_ = base::Vec3::Zero();        // [m/s^2]
 };
 

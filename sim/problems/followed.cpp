@@ -19,14 +19,14 @@ void with_type(Column::Type type, const Body& body) {
 
 }  // namespace
 
-ProblemResult follow(Simulation& simulation, int frames, base::Ledger& ledger, const std::function<void(const Totals&)>& see, double lift) {
+ProblemResult follow(Simulation& simulation, int frames, base::Ledger& ledger, const std::function<void(const Totals&)>& see) {
   ProblemResult result;
   base::Ledger clock;
   Totals now = simulation.totals();
-  const double start = whole_energy(now) + lift;
+  const double start = whole_energy(now);
   const auto sample = [&] {
     result.time.push_back(now.time);
-    result.energy.push_back((whole_energy(now) + lift) / start);
+    result.energy.push_back(whole_energy(now) / start);
     if (see) see(now);
   };
   sample();

@@ -13,9 +13,8 @@ inline double whole_energy(const Totals& t) { return t.kinetic_energy + t.potent
 
 /// Advances `frames` frames. Times and energies from the start on, over the energy then; the error of energy is what the last one has too much or
 /// too little.
-/// `see` is called with the totals of every frame, the first included, outside of what is timed. `lift` [J] is added to all energies: where gravity
-/// pulls along an axis to its upper side, places lie above that and not above the lower one.
-ProblemResult follow(Simulation&, int frames, base::Ledger&, const std::function<void(const Totals&)>& see = {}, double lift = 0);
+/// `see` is called with the totals of every frame, the first included, outside of what is timed.
+ProblemResult follow(Simulation&, int frames, base::Ledger&, const std::function<void(const Totals&)>& see = {});
 
 /// The numbers of one column, in the state's own precision, as doubles.
 std::vector<double> column_of(const State&, const std::string& name);

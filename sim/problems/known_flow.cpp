@@ -154,6 +154,7 @@ template <int D, class Real>
 ProblemResult answer(KnownFlow<D, Real>& flow, const FlowQuestion& question, base::Ledger& ledger) {
   const Vec<D, double> mean = question.mean.head<D>();
   const double energy = flow.squares(mean), enstrophy = flow.vorticity_squares(), joules = flow.kinetic_energy(mean);
+  flow.audit_in_frame(question.mean);
   ProblemResult result;
   base::Ledger clock;
   const auto sample = [&] {

@@ -32,6 +32,7 @@ class KnownFlow {
   void step(double dt, base::Ledger& ledger);
 
   double time() const { return time_; }
+  void audit_in_frame(const base::Vec3& moving) { step_.audit_in_frame(moving, particles_); }
   const FluidStep<D, Real>& grid() const { return step_; }
   const Particles<D, Real>& particles() const { return particles_; }
   /// Of the particles, by id [m].

@@ -237,8 +237,8 @@ acceleration = [4.905, -8.4957]
       return scene.options.cell * sum / double(x.size());
     };
     const Totals start = simulation->totals();
-    const double from = middle(), before = whole_energy(start), lift = start.mass * g.x() * scene.options.domain.upper.x();
-    ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger, {}, lift);
+    const double from = middle(), before = whole_energy(start);
+    ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger);
     const double friction = -scene.options.wall_friction * g.y(), t = result.time.back(), way = 0.5 * (g.x() - friction) * t * t;
     const Totals end = simulation->totals();
     result.errors.position = std::abs((middle() - from) / way - 1);

@@ -114,7 +114,8 @@ shape = { box = [[0, 0, 0], [56, 28, 28]] }
   std::string objection(const Scene& scene) const override {
     if (std::string plain = plain_objection(scene, false, 3); !plain.empty()) return plain;
     const Options& o = scene.options;
-    if (o.cell != 1 || o.domain.size() != base::Vec3(kLength, kSide, kSide)) return "sim.cell, sim.domain: must be 1 m and 56 x 28 x 28 m here";
+    if (o.cell != 1 || !o.domain.lower.isZero(0) || o.domain.upper != base::Vec3(kLength, kSide, kSide))
+      return "sim.cell, sim.domain: must be 1 m and [[0, 0, 0], [56, 28, 28]] here";
     for (const auto& sides : o.boundary)
       if (sides[0] != Side::slip || sides[1] != Side::slip) return "sim.boundary: every side must be \"slip\" here: walls mirror the ring";
     return scene.effects.empty() ? "" : "effect: there is none here";

@@ -140,20 +140,20 @@ void BlockGather<D, Real>::gather_eight_at_a_time(Group<D, Real>& group, const C
   }
 }
 
-/// Replaces each particle's change of volume by the mean of those nearest to the same node.
+/// Replaces each particle's change of volume by the mean of those nearest to the same node; `ranges` are those of the block's nodes.
 template <int D, class Real>
-void BlockGather<D, Real>::average_volume(const Particles<D, Real>& particles) {
+void BlockGather<D, Real>::average_volume(const std::uint32_t* ranges) {
   const auto trace = [&](std::size_t p) {
     Real sum = 0;
     for (std::size_t a = 0; a < D; ++a) sum += gradient(p, a * (D + 1));
     return sum;
   };
-  for (std::size_t p = begin_; p < end_;) {
-    std::size_t last = p;
+  for (int node = 0; node < Lattice<D>::kCellsPerBlock; ++node) {
+    const std::size_t first = ranges[node], end = ranges[node + 1];
     Real sum = 0;
-    for (; last < end_ && home_of<D, Real>(particles, last) == home_of<D, Real>(particles, p); ++last) sum += trace(last);
-    const Real mean = sum / Real(last - p);
-    for (; p < last; ++p) {
+    for (std::size_t p = first; p < end; ++p) sum += trace(p);
+    const Real mean = sum / Real(end - first);
+    for (std::size_t p = first; p < end; ++p) {
       const Real difference = (mean - trace(p)) / D;
       for (std::size_t a = 0; a < D; ++a) gradient(p, a * (D + 1)) += difference;
     }
@@ -408,7 +408,7 @@ void BlockGather<D, Real>::run(Group<D, Real>& group, std::size_t block) {
     if (fast) gather_eight_at_a_time(group, at, ranges);
   }
   if (!fast) gather_plainly(group);
-  if (group.averages) average_volume(group.particles);   // cells are those before the motion
+  if (group.averages) average_volume(ranges);
   if (audits) audit.gathered += kinetic_energy(group);
   if (!move(group, may_touch_solids(at))) return;
   std::visit([&](const auto& law) { deform(law, group); }, group.model);

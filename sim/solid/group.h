@@ -37,14 +37,6 @@ struct Scheme {
   explicit Scheme(const Options&);
 };
 
-/// The node of the grid that a particle is nearest to: particles are sorted by it, and those of one node share their stencil.
-template <int D, class Real>
-Cell<D> home_of(const Particles<D, Real>& particles, std::size_t p) {
-  Cell<D> node = particles.cell[p];
-  for (int a = 0; a < D; ++a) node[a] += particles.offset[p][a] >= Real(0.5);
-  return node;
-}
-
 /// Rows of the particles, those of `deformation` and `stress` too: a particle's own number, but between a sort and the next gather what
 /// Particles::row_of says. A gather reads the deformation where the last one left it, and writes it in order to `next`.
 template <int D, class Real>

@@ -69,23 +69,24 @@ void NodeSums<D, Real>::add(const Group<D, Real>& group, std::size_t group_block
   if constexpr (D == 3 && std::is_same_v<Real, float>) {
     if (group.kernels.scatter && !flip) return add_fast(group, begin, float(impulse), *this);
   }
-  add_plainly(group, begin[0], begin[per_block], block, lattice, impulse, flip);
+  add_plainly(group, begin, block, lattice, impulse, flip);
 }
 
 template <int D, class Real>
-void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, std::size_t begin, std::size_t end, const Cell<D>& block, const Lattice<D>& lattice,
-                                    double impulse, bool flip) {
+void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>& lattice, double impulse,
+                                    bool flip) {
   using Basis = QuadraticBasis<Real>;
   constexpr int n = 3;
   using Values = Tensor<Real, n, D>;
   const Particles<D, Real>& particles = group.particles;
   const Real weight = Real(group.weight), factor = Real(impulse);
-  std::size_t cell_end = begin;
+  const std::size_t end = begin[Lattice<D>::kCellsPerBlock];
+  const std::uint32_t* node_end = begin;
   Real pull = 0;
-  for (std::size_t p = begin; p < end; ++p) {
-    if (group.averages && p == cell_end) {
-      while (cell_end < end && home_of<D, Real>(particles, cell_end) == home_of<D, Real>(particles, p)) ++cell_end;
-      pull = mean_pull(group, p, cell_end);
+  for (std::size_t p = begin[0]; p < end; ++p) {
+    if (group.averages && p == *node_end) {
+      while (*node_end <= p) ++node_end;
+      pull = mean_pull(group, p, *node_end);
     }
     Stencil<Basis, D> stencil;
     std::array<Row<Real, n>, D> slope;   // of the weights

@@ -28,17 +28,34 @@ Group<D, Real> empty_group(const Body& body, const Options& o) {
   return group;
 }
 
-/// Velocity and its gradient [1/s] of a body that turns about `middle` become the coefficients of each particle.
+/// Places [cells] of a body's particles from the middle of its shape; on a periodic axis of the image that is nearest to it.
+template <int D, class Real>
+std::vector<Vec<D, double>> places_in_body(const Body& body, const Options& o, const Particles<D, Real>& p) {
+  const base::Box bounds = body.shape.bounds();
+  std::vector<Vec<D, double>> places(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    places[i] = p.place(i);
+    for (int a = 0; a < D; ++a) {
+      const double across = o.domain.size()[a] / o.cell;
+      places[i][a] -= (0.5 * (bounds.lower[a] + bounds.upper[a]) - o.domain.lower[a]) / o.cell;
+      if (o.periodic(a)) places[i][a] -= across * std::round(places[i][a] / across);
+    }
+  }
+  return places;
+}
+
+/// Velocity and its gradient [1/s] of a body that turns about its middle become the coefficients of each particle.
 template <int D, class Real>
 void set_motion(const Body& body, const Options& o, Group<D, Real>& group) {
   Particles<D, Real>& p = group.particles;
+  const std::vector<Vec<D, double>> places = places_in_body(body, o, p);
   Vec<D, double> middle = Vec<D, double>::Zero();
-  for (std::size_t i = 0; i < p.size(); ++i) middle += p.place(i) / double(p.size());
+  for (const Vec<D, double>& place : places) middle += place / double(p.size());
   Eigen::Matrix3d turning;   // v = velocity + turning (x - middle)
   for (int a = 0; a < 3; ++a) turning.col(a) = body.spin.cross(base::Vec3(base::Vec3::Unit(a)));
   for (std::size_t i = 0; i < p.size(); ++i) {
     base::Vec3 arm = base::Vec3::Zero();
-    arm.head<D>() = o.cell * (p.place(i) - middle);
+    arm.head<D>() = o.cell * (places[i] - middle);
     const base::Vec3 v = body.velocity + turning * arm;
     for (int c = 0; c < D; ++c)
       for (int r = 0; r < p.modes; ++r) {

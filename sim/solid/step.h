@@ -128,7 +128,7 @@ struct NodeSums {
 
  private:
   /// Particles [begin, end), one at a time: the reference.
-  void add_plainly(const Group<D, Real>&, std::size_t begin, std::size_t end, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
+  void add_plainly(const Group<D, Real>&, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
 };
 
 /// G2P of the particles of one group in one of its blocks, everything that happens to them up to the end of the step.
@@ -162,7 +162,7 @@ class BlockGather {
   Real gradient(std::size_t p, std::size_t number) const { return gradient_[number * room() + p - begin_]; }
   void gather_plainly(Group<D, Real>&);
   void gather_eight_at_a_time(Group<D, Real>&, const Cell<D>& block, const std::uint32_t* begin) requires(D == 3 && std::is_same_v<Real, float>);
-  void average_volume(const Particles<D, Real>&);
+  void average_volume(const std::uint32_t* ranges);
   bool may_touch_solids(const Cell<D>& block) const;
   bool move(Group<D, Real>&, bool touches);
   void add_momentum(const Particles<D, Real>&, bool were_pushed);

@@ -190,6 +190,74 @@ void cells_of_homes(std::size_t count, const Vec<D, Real>* offset, const Lattice
       if (lattice.periodic[a] && cell[p][a] < 0) cell[p][a] += lattice.cells[a];
 }
 
+/// Moves particles to their places, block after block.
+template <int D, class Real>
+class BlockMover {
+ public:
+  /// Blocks before `end_block`; `source` says of each place, within its cell in no order, who comes there, and in order once its block has moved.
+  /// Rows are numbered by `rows`, or as the particles were where there are none.
+  BlockMover(const Particles<D, Real>& before, const std::uint32_t* rows, Particles<D, Real>& after, std::uint32_t* source, const Lattice<D>& lattice,
+             const CellRanges& ranges, std::size_t end_block)
+      : ids_(before.id.data()), offsets_(before.offset.data()), rows_(rows), after_(after), source_(source), lattice_(lattice), ranges_(ranges),
+        last_(ranges.begin[end_block * kPerBlock] - 1),
+        streams_(before.size() * (sizeof(Cell<D>) + sizeof(std::int64_t) + sizeof(Vec<D, Real>)) > base::kHeldByCaches) {}
+
+  void move(std::size_t b) {
+    const std::uint32_t* const begin_of = &ranges_.begin[b * kPerBlock];
+    const std::size_t first = begin_of[0], held = begin_of[kPerBlock] - first;
+    by_ids_.sort(source_ + first, begin_of, ids_, std::integral_constant<std::size_t, kPerBlock>{});
+    if (streams_ && cells_.size() < held) cells_.resize(held), moved_ids_.resize(held);
+    Cell<D>* const cell = streams_ ? cells_.data() : &after_.cell[first];
+    std::int64_t* const id = streams_ ? moved_ids_.data() : &after_.id[first];
+    const Cell<D> block = lattice_.block_at(ranges_.occupied[b]);
+    for (std::size_t k = 0; k < kPerBlock; ++k) {
+      const std::size_t at = begin_of[k] - first;
+      fill_cells<D>(Lattice<D>::cell_in(block, int(k)), begin_of[k + 1] - begin_of[k], held - at, cell + at);
+    }
+    move_columns(first, held, id);
+    if (ranges_.home == Home::nearest_node) {
+      const bool at_lower_side = std::any_of(block.begin(), block.end(), [](int at) { return at == 0; });
+      cells_of_homes<D, Real>(held, &after_.offset[first], lattice_, at_lower_side, cell);
+    }
+    if (streams_) {   // nobody reads them before the transfers are done
+      base::copy_past_caches(&after_.cell[first], cell, held * sizeof(Cell<D>));
+      base::copy_past_caches(&after_.id[first], id, held * sizeof(std::int64_t));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kPerBlock = Lattice<D>::kCellsPerBlock;
+
+  void move_columns(std::size_t first, std::size_t held, std::int64_t* __restrict id) {
+    const std::uint32_t* const __restrict sorted = by_ids_.sorted.data();
+    Vec<D, Real>* const __restrict offset = &after_.offset[first];
+    std::uint32_t* const __restrict source = source_ + first;
+    const std::int64_t* const ids = ids_;
+    const Vec<D, Real>* const offsets = offsets_;
+    for (std::size_t k = 0; k < held; ++k) {
+      const std::size_t next = source_[std::min(first + held + k, last_)];   // of the next block: where they come from is no pattern
+      base::prefetch(ids + next), base::prefetch(offsets + next);
+      source[k] = sorted[k];
+      offset[k] = offsets[sorted[k]], id[k] = ids[sorted[k]];
+    }
+    if (after_.rows.empty()) return;
+    for (std::size_t k = 0; k < held; ++k) after_.rows[first + k] = rows_ ? rows_[sorted[k]] : sorted[k];
+  }
+
+  const std::int64_t* ids_;
+  const Vec<D, Real>* offsets_;
+  const std::uint32_t* rows_;
+  Particles<D, Real>& after_;
+  std::uint32_t* source_;
+  const Lattice<D>& lattice_;
+  const CellRanges& ranges_;
+  std::size_t last_;
+  bool streams_;
+  ByIds by_ids_;
+  std::vector<Cell<D>> cells_;
+  std::vector<std::int64_t> moved_ids_;
+};
+
 }  // namespace
 
 template <int D, class Real>
@@ -287,7 +355,6 @@ CellRanges CanonicalOrder<D, Real>::add_up(Home home) {
 
 template <int D, class Real>
 CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const Lattice<D>& lattice, Home home) {
-  constexpr std::size_t per_block = Lattice<D>::kCellsPerBlock;
   const std::size_t count = particles.size(), part = std::max<std::size_t>((count + kParts - 1) / kParts, 1);
   cell_.resize(count), from_.resize(count + kFew);
   find_cells(particles, lattice, home);
@@ -299,53 +366,13 @@ CellRanges CanonicalOrder<D, Real>::sort(Particles<D, Real>& particles, const La
   keys_ = ranges.occupied;
   table_.build(keys_);
 
-  const bool streams = count * (sizeof(Cell<D>) + sizeof(std::int64_t) + sizeof(Vec<D, Real>)) > base::kHeldByCaches;
   const bool moves_rows = has_short_rows(particles.row());
   if (particles.rows.empty()) particles.rows.swap(sorted_.rows), particles.rows.clear();   // its storage serves again
   sorted_.cell.resize(count), sorted_.offset.resize(count), sorted_.id.resize(count), sorted_.rows.resize(moves_rows ? 0 : count);
-  const std::uint32_t* const rows = moves_rows || particles.rows.empty() ? nullptr : particles.rows.data();
-  const Vec<D, Real>* const offsets = particles.offset.data();
-  const std::int64_t* const ids = particles.id.data();
-  base::parallel_chunks(ranges.occupied.size(), 16, [&, offsets, ids](std::size_t first_block, std::size_t end_block) {
-    ByIds by_ids;
-    std::vector<Cell<D>> cells;
-    std::vector<std::int64_t> moved_ids;
-    const std::size_t end = ranges.begin[end_block * per_block];
-    const auto call_for = [=, from = from_.data()](std::size_t at) {
-      const std::size_t q = from[std::min(at, end - 1)];   // where they come from is no pattern
-      base::prefetch(ids + q), base::prefetch(offsets + q);
-    };
-    for (std::size_t b = first_block; b < end_block; ++b) {
-      const std::uint32_t* const begin_of = &ranges.begin[b * per_block];
-      const std::size_t first = begin_of[0], held = begin_of[per_block] - first;
-      by_ids.sort(&from_[first], begin_of, ids, std::integral_constant<std::size_t, per_block>{});
-      if (streams && cells.size() < held) cells.resize(held), moved_ids.resize(held);
-      Cell<D>* const cell = streams ? cells.data() : sorted_.cell.data() + first;
-      const Cell<D> block = lattice.block_at(ranges.occupied[b]);
-      for (std::size_t k = 0; k < per_block; ++k) {
-        const std::size_t at = begin_of[k] - first;
-        fill_cells<D>(Lattice<D>::cell_in(block, int(k)), begin_of[k + 1] - begin_of[k], held - at, cell + at);
-      }
-      const std::uint32_t* const __restrict sorted = by_ids.sorted.data();
-      Vec<D, Real>* const __restrict offset = &sorted_.offset[first];
-      std::int64_t* const __restrict id = streams ? moved_ids.data() : &sorted_.id[first];
-      std::uint32_t* const __restrict from = &from_[first];
-      for (std::size_t k = 0; k < held; ++k) {
-        call_for(first + held + k);   // the next block's
-        from[k] = sorted[k];
-        offset[k] = offsets[sorted[k]], id[k] = ids[sorted[k]];
-      }
-      if (!moves_rows)
-        for (std::size_t k = 0; k < held; ++k) sorted_.rows[first + k] = rows ? rows[sorted[k]] : sorted[k];
-      if (home == Home::nearest_node) {
-        const bool at_lower_side = std::any_of(block.begin(), block.end(), [](int at) { return at == 0; });
-        cells_of_homes<D, Real>(held, offset, lattice, at_lower_side, cell);
-      }
-      if (streams) {   // nobody reads them before the transfers are done
-        base::copy_past_caches(&sorted_.cell[first], cell, held * sizeof(Cell<D>));
-        base::copy_past_caches(&sorted_.id[first], id, held * sizeof(std::int64_t));
-      }
-    }
+  const std::uint32_t* const rows = particles.rows.empty() ? nullptr : particles.rows.data();
+  base::parallel_chunks(ranges.occupied.size(), 16, [&](std::size_t begin, std::size_t end) {
+    BlockMover<D, Real> mover(particles, rows, sorted_, from_.data(), lattice, ranges, end);
+    for (std::size_t b = begin; b < end; ++b) mover.move(b);
     base::written_past_caches();
   });
   particles.cell.swap(sorted_.cell), particles.offset.swap(sorted_.offset), particles.id.swap(sorted_.id);

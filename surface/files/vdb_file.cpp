@@ -59,6 +59,7 @@ struct Archive : openvdb::io::Archive {
 
 void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata) {
   std::ostringstream out(std::ios::binary);
+  out.exceptions(std::ios::failbit | std::ios::badbit);   // else a stream that finds no memory drops what comes, and says nothing
   Archive archive;
   archive.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
   archive.put(out, grids, metadata);
