@@ -45,10 +45,12 @@ std::vector<raster::Line> outlines(const Setting& setting) {
   sim::Shape room;
   room.box = setting.domain;
   outline_box(room, kRoom, lines);
-  for (const sim::Collider& c : setting.colliders) {
-    if (c.shape.box) outline_box(c.shape, kSolid, lines);
-    if (c.shape.sphere) outline_sphere(*c.shape.sphere, kSolid, lines);
-  }
+  const auto outline = [&](const sim::Shape& shape) {
+    if (shape.box) outline_box(shape, kSolid, lines);
+    if (shape.sphere) outline_sphere(*shape.sphere, kSolid, lines);
+  };
+  for (const sim::Collider& c : setting.colliders) outline(c.shape);
+  for (const ColliderImage& image : setting.images) outline(image.shape);
   return lines;
 }
 
@@ -98,7 +100,7 @@ void draw_axes(const raster::Canvas& canvas, const base::Box& box, const view::V
       place[axis.along] = i * step;
       const auto at = pixel(place), end = pixel(place + 0.02 * reach * axis.outward), text = pixel(place + 0.05 * reach * axis.outward);
       if (!at || !end || !text) continue;
-      const std::string label = raster::tick_label(i * step) + (is_named ? "" : std::string(" m ") + "xyz"[axis.along]);
+      const std::string label = raster::tick_label(i * step, step) + (is_named ? "" : std::string(" m ") + "xyz"[axis.along]);
       const std::int64_t left = std::lround(text->x()) - canvas.width_of(label) / (axis.along == 2 ? 1 : 2);
       if (!labels.write(left, std::lround(text->y()) - 6 * canvas.scale, label)) continue;
       canvas.line(std::lround(at->x()), std::lround(at->y()), std::lround(end->x()), std::lround(end->y()), kRoom);

@@ -70,7 +70,7 @@ struct Turntable {
 struct Camera {
   std::optional<base::Vec3> position = {}, target = {};               // [m]
   base::Vec3 up = base::Vec3(0, 0, 1);
-  double fov = 35;                                          // [degrees] vertical
+  std::optional<double> fov = {};                           // [degrees] vertical; unset: 35
   double shutter = 0.5;                                     // [1] share of a frame's time that it is exposed for, centred on its moment
   std::optional<double> aperture = {};                      // [1] f-number; unset: a pinhole, all is sharp
   std::optional<double> focus = {};                         // [m] along the line of sight; unset: the target's
@@ -124,6 +124,12 @@ struct Preview {
   void params(base::Params&);
 };
 
+/// Where a collider, by its place in the list, is drawn once more.
+struct ColliderImage {
+  std::size_t collider;
+  sim::Shape shape;
+};
+
 /// All of the shot that pictures depend on.
 struct Setting {
   Options options;
@@ -132,6 +138,7 @@ struct Setting {
   std::vector<Light> lights;                                // none: a default sky and area light
   std::map<std::string, Look> looks = shipped_looks();
   std::vector<sim::Collider> colliders;                     // drawn with their looks
+  std::vector<ColliderImage> images;                        // and across periodic sides
   std::vector<SetPiece> sets;
   std::string liquid_look = "water";
   std::vector<std::string> body_looks;                      // of solids, by body; bodies beyond have liquid_look

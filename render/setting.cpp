@@ -24,6 +24,7 @@ void check_keys(const Camera& c, base::Params& p) {
     p.require(c.keys[i].frame > c.keys[i - 1].frame, "key." + std::to_string(i + 1) + ".frame", "must be above the frame of the key before");
   p.require(!c.position || !named(&CameraKey::position), "position", "is said by [[camera.key]] as well");
   p.require(!c.target || !named(&CameraKey::target), "target", "is said by [[camera.key]] as well");
+  p.require(!c.fov || !named(&CameraKey::fov), "fov", "is said by [[camera.key]] as well");
   p.require(!c.focus || !named(&CameraKey::focus), "focus", "is said by [[camera.key]] as well");
   p.require(c.aperture || !named(&CameraKey::focus), "key", "focus needs camera.aperture: through a pinhole all is sharp");
 }
@@ -33,7 +34,7 @@ void check_keys(const Camera& c, base::Params& p) {
 void Preview::params(base::Params& p) {
   const std::span<const std::string_view> names = p.vector_size() == 3 ? std::span<const std::string_view>(attribute::kNames) : attribute::kFlatNames;
   p("color", color, "what previews (and two-dimensional pictures) are coloured by", names);
-  p("range", range, "the colour's", "end of the colour bar [m/s, 1/s, Pa, 1 or J/kg]", base::above(0), "one that the shot hardly passes");
+  p("range", range, "the colour's", "end of the colour bar [m/s, 1/s, Pa, 1 or J/kg]", base::at_least(1e-30), "one that the shot hardly passes");
   if (p.when(p.vector_size() == 3)) p("draw", draw, "the particles, or the surface made of them", kDraw);
   else p.without("draw", "has no effect in two dimensions: points are drawn");
   p.require(draw == "points" || !attribute::only_particles_have(color), "color",
@@ -71,7 +72,7 @@ void Camera::params(base::Params& p) {
   p("position", position, "m", "where the camera stands", "far enough from the target to see the whole domain");
   p("target", target, "m", "what it looks at", "the middle of the domain");
   p("up", up, "1", "direction that points up in the picture");
-  p("fov", fov, "degrees", "vertical field of view", base::within(1, 150));
+  p("fov", fov, "degrees", "vertical field of view", base::within(1, 150), "35");
   p("shutter", shutter, "1", "share of a frame's time that it is exposed for, centred on the frame's moment; 0 freezes all motion",
     base::within(0, 1));
   p("aperture", aperture, "1", "f-number of the lens, such as 2.8", base::within(0.1, 1000), "a pinhole: all is sharp");
@@ -145,6 +146,7 @@ void Options::params(base::Params& p) {
   p("time_limit", time_limit, "s", "a frame that takes longer stops with the samples it has, and is not reproducible", base::above(0), "none");
   p("denoise", denoise, "noise taken out by what pixels have in common: not at all, as the EXR's channels denoised.RGB, or shown by the PNG, too",
     kDenoise);
+  p.require(denoise == "none" || spp > 1, "denoise", "needs render.spp of 2 or more: one sample does not tell noise from a picture");
   p("view", view, "how scene light becomes PNG colours", kViews);
   p("exposure", exposure, "stops", "brightness of the PNG", base::within(-20, 20));
 }

@@ -56,7 +56,12 @@ ClosedMesh::ClosedMesh(const std::vector<base::Vec3f>& corners, const std::vecto
   bounds_ = {corners_.front(), corners_.front()};
   for (const base::Vec3& c : corners_) bounds_.lower = bounds_.lower.cwiseMin(c), bounds_.upper = bounds_.upper.cwiseMax(c);
   check_edges();
-  if (objection_.empty()) sort_into_columns();
+  if (!objection_.empty()) return;
+  double volume = 0;
+  for (const Triangle& t : triangles_)
+    volume += (corners_[t[0]] - bounds_.lower).dot((corners_[t[1]] - bounds_.lower).cross(corners_[t[2]] - bounds_.lower));
+  if (volume < 0) outward_ = -1;
+  sort_into_columns();
 }
 
 void ClosedMesh::check_edges() {
@@ -126,7 +131,7 @@ bool ClosedMesh::inside(const base::Vec3& at) const {
     const int turns = turns_around(corners, at);
     if (turns != 0 && height_at(corners, at) > at.z()) winding += turns;
   }
-  return winding != 0;
+  return winding * outward_ > 0;
 }
 
 }  // namespace sim

@@ -31,6 +31,7 @@ class ClosedMesh {
   std::vector<base::Vec3> corners_;       // [m]
   std::vector<Triangle> triangles_;
   base::Box bounds_;
+  int outward_ = 1;        // -1: its triangles point inwards
   std::string objection_;
   // Columns along z over a square pattern of x and y, and the triangles over each.
   std::array<int, 2> columns_{1, 1};

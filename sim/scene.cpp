@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/colliders/solids.h"
 #include "sim/transfer/modes.h"
 #include "sim/transfer/tensor.h"
 
@@ -106,10 +107,15 @@ void check_boundary(const Options& o, base::Params& p) {
     }
 }
 
+/// Whether the mode set has modes that bend within a cell.
+bool bends(const Options& o) {
+  return o.modes.name.empty() ? o.modes.count == 0 || o.modes.count > int_power(2, int(o.dimension)) : o.modes.name != "multilinear";
+}
+
 /// What cannot be combined, or would have no effect.
 void check_transfer(const Options& o, base::Params& p) {
   const bool polypic = o.transfer == Transfer::polypic, linear = o.kernel == Kernel::linear;
-  p.require(!o.flip_time || o.transfer == Transfer::flip, "flip_time", "needs sim.transfer = \"flip\"");
+  p.require(!o.flip_time || o.transfer == Transfer::flip || o.is_solid(), "flip_time", "needs sim.transfer = \"flip\"");
   if (o.modes.count > 0 || !o.modes.name.empty()) {
     const int most = int_power(linear ? 2 : 3, int(o.dimension));
     p.require(polypic, "modes", "needs sim.transfer = \"polypic\"");
@@ -122,10 +128,9 @@ void check_transfer(const Options& o, base::Params& p) {
   p.require(o.is_solid() || o.splitting != Splitting::reflection || o.carry != Carry::limited, "carry",
             "must be fixed or hybrid with sim.splitting = \"reflection\": a flow that is limited everywhere gains energy there");
   if (o.carry == Carry::fixed || o.is_solid()) return;
-  const bool bends = o.modes.name.empty() ? o.modes.count == 0 || o.modes.count > int_power(2, int(o.dimension)) : o.modes.name != "multilinear";
   p.require(polypic, "carry", "needs sim.transfer = \"polypic\": only modes that bend within a cell are limited, and no other transfer has any");
   p.require(!polypic || !linear, "carry", "needs sim.kernel = \"quadratic\": limiting the linear kernel's modes would throw its accuracy away");
-  p.require(!polypic || linear || bends, "carry", "needs more sim.modes: only modes that bend within a cell are limited, and this set has none");
+  p.require(!polypic || linear || bends(o), "carry", "needs more sim.modes: only modes that bend within a cell are limited, and this set has none");
 }
 
 /// A body's own scheme, where the shot gives it one.
@@ -135,6 +140,28 @@ void check_body(const Body& body, const Options& options, const std::string& key
             "needs transfer = \"polypic\"");
   p.require(own.modes.count <= int_power(3, int(options.dimension)), key + ".modes",
             fmt::format("must be at most {}", int_power(3, int(options.dimension))));
+  p.require(body.carry.empty() || own.carry != Carry::limited || (own.transfer == Transfer::polypic && bends(own)), key + ".carry",
+            "needs transfer = \"polypic\" with modes that bend within a cell: no others are limited");
+}
+
+/// What only some of the bodies of solids may need.
+void check_schemes(const Scene& scene, base::Params& p) {
+  const Options& o = scene.options;
+  const auto any = [&](const auto& is) {
+    return scene.bodies.empty() || std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return is(with_scheme_of(b, o)); });
+  };
+  p.require(!o.flip_time || any([](const Options& own) { return own.transfer == Transfer::flip; }), "sim.flip_time",
+            "needs transfer = \"flip\", of the simulation or of a body");
+  p.require(o.carry != Carry::limited || any([](const Options& own) { return own.transfer == Transfer::polypic && bends(own); }), "sim.carry",
+            "needs transfer = \"polypic\" with modes that bend within a cell: no others are limited");
+}
+
+/// Contact of solids is at the nodes of the grid.
+void check_collider(const Collider& collider, const Options& o, const std::string& key, base::Params& p) {
+  if (!collider.shape.box && !collider.shape.sphere) return;
+  const bool is_plain = collider.contact == Contact::separating && collider.friction == 0;
+  p.require(is_plain || thickness(collider, o) >= o.cell * (1 - 1e-6), key + (collider.contact == Contact::separating ? ".friction" : ".contact"),
+            "needs a collider as thick as sim.cell: a thinner one may have no node of the grid");
 }
 
 }  // namespace
@@ -324,7 +351,7 @@ void Options::params(base::Params& p) {
   p.choice("kernel", kernel, kKernelNames, "interpolation between particles and grid");
   p.count_or_name({"modes", "1", "polynomial modes a particle carries, with transfer = \"polypic\": a prefix count or a named set",
                    {}, kModeSetNames, "full"}, modes);
-  p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step", base::within(0.05, 4));
+  p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step; of solids 1.9 at most", base::within(0.05, is_solid() ? 1.9 : 4));
   if (p.when(is_solid()))
     p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
       base::within(0.01, 0.5));
@@ -354,6 +381,9 @@ void Options::params(base::Params& p) {
 
   check_domain(*this, p);
   check_boundary(*this, p);
+  const auto separates = [](const auto& sides) { return sides[0] == Side::separating || sides[1] == Side::separating; };
+  p.require(wall_friction == 0 || std::any_of(boundary.begin(), boundary.begin() + dimension, separates), "boundary.friction",
+            "needs a side that is \"separating\"");
   check_transfer(*this, p);
   const auto edge = std::llround(std::pow(double(particles_per_cell), 1.0 / double(dimension)));
   const bool is_power = edge <= 4 && int_power(int(edge), int(dimension)) == particles_per_cell;
@@ -428,6 +458,9 @@ void Scene::params(base::Params& p) {
   const double most = most_particles(*this);
   p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
   for (std::size_t i = 0; i < bodies.size() && options.is_solid(); ++i) check_body(bodies[i], options, "body." + std::to_string(i + 1), p);
+  if (options.is_solid()) check_schemes(*this, p);
+  for (std::size_t i = 0; i < colliders.size() && options.is_solid(); ++i)
+    check_collider(colliders[i], options, "collider." + std::to_string(i + 1), p);
   for (const Body& one : bodies)
     p.require(options.is_solid() || one.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
 }

@@ -99,7 +99,7 @@ bool Watch::advance(base::Ledger& ledger, const std::function<bool()>& interrupt
     try {
       return again(before, ledger, interrupted);
     } catch (const base::Error& stays) {
-      if (!is_unstable(stays)) throw;
+      if (!is_unstable(stays) || has_stopped_) throw;
       count(before, stays);
       simulation_->restore(state_);
       restrain_more(stays, kMostRetries, frame_);
@@ -138,7 +138,7 @@ bool Watch::again(const Memory& before, base::Ledger& ledger, const std::functio
         left = rest;
         break;
       } catch (const base::Error& e) {
-        if (!is_unstable(e) || tries > kMostRetries) throw;
+        if (!is_unstable(e) || has_stopped_ || tries > kMostRetries) throw;
         count(before, e);
         simulation_->go_back(*start);
         restrain_more(e, tries, left);
@@ -168,7 +168,8 @@ void Watch::restrain_more(const base::Error& e, int halvings, double span) {
   restraint_.modes = std::max(restraint_.modes, halvings - 1);
 }
 
-void Watch::stop(const Memory& before, const base::Error& e, const std::string& tried) const {
+void Watch::stop(const Memory& before, const base::Error& e, const std::string& tried) {
+  has_stopped_ = true;
   Violation v = violation_of(e);
   const std::int64_t frame = state_.frame + 1;
   if (v.since == 0) v.since = before.since > 0 ? std::int64_t(before.since) : frame;

@@ -68,7 +68,7 @@ class Watch {
   void count(const Memory& before, const base::Error&);
   /// Of steps that were `span` [s] long at most.
   void restrain_more(const base::Error&, int halvings, double span);
-  [[noreturn]] void stop(const Memory& before, const base::Error&, const std::string& tried) const;
+  [[noreturn]] void stop(const Memory& before, const base::Error&, const std::string& tried);
   void keep();
   std::int64_t state_bytes() const;
 
@@ -84,6 +84,7 @@ class Watch {
   Memory memory_;
   Restraint restraint_;     // of the frame at hand
   std::int64_t retries_ = 0;   // in it
+  bool has_stopped_ = false;
 };
 
 }  // namespace sim

@@ -216,6 +216,33 @@ TEST(FluidFilm, SpreadsOnTheFloorAndKeepsItsVolume) {
 }
 
 // A particle or less on every cell of the floor: it lies there and cannot fall, and the face over it must not.
+// In a corner a cell is a film along both axes: which comes first does not matter.
+TEST(FluidFilm, InACornerIsNoOtherWithAxesExchanged) {
+  for (const int high : {1, 2}) {
+    std::vector<double> energies;
+    for (const bool swapped : {false, true}) {
+      Scene scene;
+      Options& o = scene.options;
+      o.dimension = 2;
+      o.cell = 1.0 / 16;
+      o.domain = {base::Vec3::Zero(), base::Vec3(1, 1, 0)};
+      o.seeding = Seeding::regular;
+      o.precision = Precision::double_precision;
+      Body water;
+      water.name = "water";
+      const base::Vec3 size = o.cell * base::Vec3(1, high, 0);
+      water.shape.box = base::Box{base::Vec3::Zero(), swapped ? base::Vec3(size.y(), size.x(), 0) : size};
+      scene.bodies = {water};
+      scene.effects = {{.acceleration = swapped ? base::Vec3(-9.81, 0, 0) : base::Vec3(0, -9.81, 0)}};
+      const auto simulation = make_simulation(scene, 24);
+      base::Ledger ledger;
+      for (int f = 0; f < 2; ++f) simulation->advance(ledger, {});
+      energies.push_back(simulation->totals().kinetic_energy);
+    }
+    EXPECT_NEAR(energies[1], energies[0], 1e-9 * energies[0]) << high;
+  }
+}
+
 TEST(FluidFilm, OfAQuarterOfACellGathersNoSpeed) {
   for (const Rung& rung : kRungs) {
     std::int64_t steps = 0;

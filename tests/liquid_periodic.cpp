@@ -108,6 +108,62 @@ TEST(PeriodicLiquid, OfASceneMovedByWholeCellsIsMoved) {
   }
 }
 
+// Around a side whose last block is one cell wide.
+TEST(PeriodicLiquid, MovedAcrossASideOfAnyNumberOfCellsIsTheSame) {
+  for (const int cells : {24, 25, 26, 27}) {
+    std::vector<double> energies;
+    for (const int first : {2, cells - 1}) {   // of twelve cells
+      Scene scene;
+      Options& o = scene.options;
+      o.dimension = 2;
+      o.cell = 1.0 / 16;
+      o.domain = {base::Vec3::Zero(), base::Vec3(cells * o.cell, 2, 0)};
+      o.boundary[0] = {Side::periodic, Side::periodic};
+      o.seeding = Seeding::regular;
+      o.precision = Precision::double_precision;
+      Body water;
+      water.name = "water";
+      water.shape.box = base::Box{base::Vec3(first * o.cell, 0, 0), base::Vec3((first + 12) * o.cell, 12 * o.cell, 0)};
+      scene.bodies = {water};
+      scene.effects = {{.acceleration = base::Vec3(0, -9.81, 0)}};
+      const auto simulation = make_simulation(scene, 24);
+      base::Ledger ledger;
+      for (int f = 0; f < 4; ++f) simulation->advance(ledger, {});
+      energies.push_back(simulation->totals().kinetic_energy);
+    }
+    EXPECT_NEAR(energies[1], energies[0], 1e-9 * energies[0]) << cells;
+  }
+}
+
+// Drag brakes the mean flow: that is no energy gained by the rest of it.
+TEST(PeriodicLiquid, PastACylinderGoesOnReflecting) {
+  Scene scene;
+  Options& o = scene.options;
+  o.dimension = 2;
+  o.cell = 1.0 / 32;
+  o.domain = {base::Vec3::Zero(), base::Vec3(1, 0.5, 0)};
+  for (int a : {0, 1}) o.boundary[std::size_t(a)] = {Side::periodic, Side::periodic};
+  o.splitting = Splitting::reflection;
+  Body water;
+  water.name = "water";
+  water.shape.box = o.domain;
+  water.velocity = base::Vec3(1, 0, 0);
+  scene.bodies = {water};
+  Collider cylinder;
+  cylinder.name = "cylinder";
+  cylinder.shape.sphere = {base::Vec3(0.5, 0.25, 0), 0.08};
+  scene.colliders = {cylinder};
+  const auto simulation = make_simulation(scene, 24);
+  base::Ledger ledger;
+  std::int64_t fallbacks = 0, steps = 0;
+  for (int f = 0; f < 12; ++f) {
+    simulation->advance(ledger, {});
+    fallbacks += simulation->totals().splitting_fallbacks, steps += simulation->totals().substeps;
+  }
+  EXPECT_GT(steps, 12);
+  EXPECT_LE(fallbacks, steps / 10);
+}
+
 TEST(PeriodicLiquid, HasTheSameBitsOnAnyNumberOfThreads) {
   std::uint64_t hash[3];
   for (int i = 0; i < 3; ++i) {

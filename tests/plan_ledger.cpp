@@ -92,7 +92,7 @@ TEST_F(PlanLedger, AgreeOverShippedShots) {
   for (const auto& file : shots) {
     app::Overrides small{.quality = "draft", .sets = {"render.width=64", "render.height=36", "shot.checkpoint_every=2"}};
     const app::Shot shot = app::read_shot(file, small);
-    if (shot.scene.options.dimension == 3) small.sets.push_back("render.spp=1");
+    if (shot.scene.options.dimension == 3) small.sets.push_back("render.spp=2");
     expect_agreement(app::read_shot(file, small), shot.name);
   }
 }

@@ -70,7 +70,7 @@ render::Setting stage() {
   return setting;
 }
 double pixels_per_metre(const render::Setting& setting, double depth) {
-  return 0.5 * static_cast<double>(setting.options.height) / (depth * std::tan(0.5 * setting.camera.fov * std::numbers::pi / 180));
+  return 0.5 * static_cast<double>(setting.options.height) / (depth * std::tan(0.5 * *setting.camera.fov * std::numbers::pi / 180));
 }
 
 surface::Mesh ball(const Vec3& middle, double radius, const Vec3f& velocity) {
@@ -295,6 +295,30 @@ TEST(Motion, IsTheDifferenceOfProjectedPositions) {
     check(10, 100, now.position.z() / below, Vec3::Zero());
     EXPECT_EQ(channel(image, "id", x, y), 2);
     EXPECT_EQ(channel(image, "id", 10, 5), 0);
+  }
+}
+
+// A collider is drawn where it is at the frame's moment; its motion is told all the same, and so is that of its image across a periodic side.
+TEST(Motion, OfCollidersIsTheirs) {
+  render::Setting setting = stage();
+  setting.options.spp = 16;
+  sim::Collider collider;
+  collider.name = "ball";
+  collider.look = "plaster";
+  collider.shape.sphere = sim::Shape::Sphere{Vec3(-0.5, 0, 0.5), 0.2};
+  collider.velocity = Vec3(0, 0, 2);
+  setting.colliders = {collider};
+  setting.images = {{0, collider.shape}};
+  setting.images[0].shape.sphere->center.x() = 0.5;
+  const render::Image image = traced(setting, surface::Mesh{});
+  const View view = resolve(setting.camera, kRoom, 192, 108, 1);
+  for (const double x : {-0.5, 0.5}) {
+    const Vec3 middle(x, 0, 0.5);
+    const Vector2d at = projected(view, middle, 192, 108);
+    const double depth = (middle - view.position).dot(view.forward) - 0.2, up = 2.0 / 24 / depth / view.tan_y * 54;
+    const auto i = static_cast<std::int64_t>(at.x()), j = static_cast<std::int64_t>(at.y());
+    EXPECT_EQ(channel(image, "id", i, j), 3) << x;
+    EXPECT_NEAR(channel(image, "motion.Y", i, j), up, 0.03 * up) << x;
   }
 }
 

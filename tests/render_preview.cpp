@@ -218,6 +218,21 @@ TEST(Preview, LeavesOutWhatHasNoRoom) {
   EXPECT_EQ(with(std::string(50, 'x').c_str()), with(""));
 }
 
+TEST(Labels, OfTicksTellThemApart) {
+  EXPECT_EQ(render::raster::tick_label(0.2, 0.2), "0.2");
+  EXPECT_EQ(render::raster::tick_label(3 * 0.1, 0.1), "0.3");
+  EXPECT_EQ(render::raster::tick_label(0, 0.05), "0");
+  EXPECT_EQ(render::raster::tick_label(10000.05, 0.05), "10000.05");
+  EXPECT_EQ(render::raster::tick_label(123457.5, 0.5), "123457.5");
+  EXPECT_EQ(render::raster::tick_label(-1e6, 2e5), "-1e+06");
+}
+
+TEST(Scale, PlacesWhatNoFloatDivides) {
+  const render::attribute::Scale scale{.is_signed = false, .top = 1e-50, .unit = "m/s", .names = {}};
+  EXPECT_EQ(scale.place(0), 0);
+  EXPECT_EQ(scale.place(1), 1);
+}
+
 TEST(Labels, KeepClearOfEachOtherAndOfTheEdge) {
   render::Image image{.width = 100, .height = 50, .channels = {"R", "G", "B", "A"}, .pixels = std::vector<float>(100 * 50 * 4)};
   const render::raster::Canvas canvas{image, 1};

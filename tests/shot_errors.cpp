@@ -191,6 +191,35 @@ TEST_F(BadShot, IsToldWhichSidesAndTransfersDoNotGoTogether) {
   for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
 }
 
+TEST_F(BadShot, IsToldWhatWouldHaveNoEffect) {
+  const auto says = [&](const std::string& text, const std::vector<std::string>& sets, const std::string& what) {
+    const std::string told = line(text, sets);
+    EXPECT_NE(told.find(what), std::string::npos) << told << "\nin place of " << what;
+  };
+  says(kLeast + "[camera]\nfov = 60\n[[camera.key]]\nframe = 1\nfov = 20\n", {}, "camera.fov = 60 degrees: is said by [[camera.key]] as well");
+  says(kLeast + "[render]\nspp = 1\ndenoise = \"picture\"\n", {}, "render.denoise = \"picture\": needs render.spp of 2 or more");
+  const std::string solid =
+      "[sim]\nsolver = \"solid\"\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.05\n[[body]]\nname = \"a\"\nmaterial = \"jelly\"\n"
+      "shape = { box = [[0.3, 0.3], [0.6, 0.6]] }\n";
+  EXPECT_EQ(line(solid), "no error");
+  says(solid, {"sim.cfl=2"}, "sim.cfl = 2: must be");
+  says(solid, {"sim.transfer=apic", "sim.carry=limited"}, "sim.carry = \"limited\": needs transfer = \"polypic\"");
+  says(solid, {"body.a.transfer=apic", "body.a.carry=limited"}, "body.a.carry = \"limited\": needs transfer = \"polypic\"");
+  says(solid, {"sim.flip_time=1"}, "sim.flip_time = 1 s: needs transfer = \"flip\"");
+  EXPECT_EQ(line(solid, {"body.a.transfer=flip", "sim.flip_time=1"}), "no error");
+  says(solid, {"sim.boundary={x_lower=\"slip\",x_upper=\"slip\",y_lower=\"slip\",y_upper=\"slip\",friction=0.3}"},
+       "sim.boundary.friction = 0.3: needs a side that is \"separating\"");
+  const std::string plate = solid + "[[collider]]\nname = \"p\"\nshape = { box = [[0, 0.1], [0.9, 0.12]] }\n";
+  EXPECT_EQ(line(plate), "no error");
+  says(plate + "contact = \"sticky\"\n", {}, "collider.p.contact = \"sticky\": needs a collider as thick as sim.cell");
+  says(plate + "friction = 0.3\n", {}, "collider.p.friction = 0.3: needs a collider as thick as sim.cell");
+}
+
+TEST_F(BadShot, HasVoxelsThatNoFileHolds) {
+  const std::string told = line("[sim]\ndomain = [[0, 0, 0], [2e-4, 2e-4, 2e-4]]\ncell = 2e-5\n[[body]]\nname = \"a\"\nshape = { box = [[0, 0, 0], [1e-4, 1e-4, 1e-4]] }\n");
+  EXPECT_NE(told.find("sim.cell = 2e-05 m: puts particles 1e-05 m apart"), std::string::npos) << told;
+}
+
 TEST_F(BadShot, IsToldWhereItsSyntaxBreaks) {
   EXPECT_TRUE(line("[sim]\ncell = \n").starts_with("x.toml:2:8: ")) << line("[sim]\ncell = \n");
   EXPECT_TRUE(line("[sim]\ncell = 1\ncell = 2\n").starts_with("x.toml:3:")) << line("[sim]\ncell = 1\ncell = 2\n");

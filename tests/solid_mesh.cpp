@@ -96,6 +96,16 @@ TEST(SolidMesh, PiecesThatOverlapAreOneAndAPieceInsideOutIsAHole) {
   hollow.add(inner);
   EXPECT_FALSE(closed(hollow).inside({0.5, 0.55, 0.6}));
   EXPECT_TRUE(closed(hollow).inside({0.1, 0.55, 0.6}));
+  for (auto& t : hollow.triangles) std::swap(t[1], t[2]);
+  EXPECT_FALSE(closed(hollow).inside({0.5, 0.55, 0.6})) << "all of it inside out is the same";
+  EXPECT_TRUE(closed(hollow).inside({0.1, 0.55, 0.6}));
+  Surface drilled = box({0, 0, 0}, {1, 1, 1});
+  Surface drill = box({0.25f, 0.25f, -0.5f}, {0.75f, 0.75f, 1.5f});
+  for (auto& t : drill.triangles) std::swap(t[1], t[2]);
+  drilled.add(drill);
+  EXPECT_FALSE(closed(drilled).inside({0.5, 0.55, 0.6}));
+  EXPECT_FALSE(closed(drilled).inside({0.5, 0.55, 1.2})) << "a hole sticks out of nothing";
+  EXPECT_TRUE(closed(drilled).inside({0.1, 0.55, 0.6}));
 }
 
 TEST(SolidMesh, WhatIsOpenOrTurnedOverIsRefusedByItsEdges) {

@@ -23,7 +23,7 @@ shape = { box = [[0.2, 0.2, 0.2], [0.6, 0.6, 0.6]] }
 
 TEST_F(SolidShot, TakesAPresetAndChangesItsConstants) {
   const app::Shot shot =
-      read(kSolid + "material = { preset = \"clay\", young = 5e6 }\nspin = [0, 0, 3]\ntransfer = \"polypic\"\nmodes = 8\ncarry = \"limited\"\n" +
+      read(kSolid + "material = { preset = \"clay\", young = 5e6 }\nspin = [0, 0, 3]\ntransfer = \"polypic\"\nmodes = 9\ncarry = \"limited\"\n" +
            "[[collider]]\nname = \"post\"\nshape = { sphere = { center = [0, 0, 0], radius = 0.1 } }\ncontact = \"sticky\"\n");
   ASSERT_EQ(shot.scene.bodies.size(), 1u);
   const sim::Body& body = shot.scene.bodies[0];
@@ -33,7 +33,7 @@ TEST_F(SolidShot, TakesAPresetAndChangesItsConstants) {
   EXPECT_EQ(body.solid.plasticity, sim::Plasticity::von_mises);
   EXPECT_EQ(body.spin, base::Vec3(0, 0, 3));
   const sim::Options own = sim::with_scheme_of(body, shot.scene.options);
-  EXPECT_EQ(own.modes.count, 8);
+  EXPECT_EQ(own.modes.count, 9);
   EXPECT_EQ(own.carry, sim::Carry::limited);
   EXPECT_EQ(shot.scene.options.kernel, sim::Kernel::quadratic);   // whatever the rung
   EXPECT_EQ(shot.scene.options.carry, sim::Carry::hybrid);

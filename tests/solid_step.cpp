@@ -258,6 +258,42 @@ TEST(SolidStep, OfBodiesAcrossAPeriodicSideNothingChanges) {
     }
 }
 
+// A collider's face in a plane of nodes is met there, whatever the last bit says of 35 x 0.02 and 0.7.
+TEST(SolidStep, AFaceInAPlaneOfNodesIsMetWhereverItIs) {
+  std::vector<double> back;
+  for (const double shift : {0.0, 0.02, 0.1, 0.26, 0.38}) {
+    Scene scene = walled_scene(2, 1.6, 0.02);
+    scene.options.seeding = Seeding::regular;
+    scene.bodies = {block({0.1 + shift, 0.2, 0}, {0.4 + shift, 0.3, 0}, kJelly)};
+    scene.bodies[0].velocity = {1, 0, 0};
+    Collider wall;
+    wall.name = "wall";
+    wall.shape.box = base::Box{base::Vec3(0.44 + shift, 0.1, 0), base::Vec3(0.6 + shift, 0.4, 0)};
+    wall.contact = Contact::sticky;
+    scene.colliders = {wall};
+    back.push_back(run(*make_simulation(scene, 50), 10).back().linear_momentum.x());
+  }
+  EXPECT_LT(back[0], 0);
+  for (const double b : back) EXPECT_NEAR(b, back[0], 0.02 * std::abs(back[0]));   // it was half as much again where rounding said so
+}
+
+// A post that stands on the floor is met as one that goes on below it.
+TEST(SolidStep, APostOnTheFloorIsMetAsOneThatGoesOnBelow) {
+  std::vector<double> energies;
+  for (const double below : {0.0, -1.0}) {
+    Scene scene = walled_scene(2, 1, 0.05);
+    scene.options.seeding = Seeding::regular;
+    scene.bodies = {block({0.2, 0, 0}, {0.4, 0.1, 0}, kJelly)};
+    scene.bodies[0].velocity = {1, 0, 0};
+    Collider post;
+    post.name = "post";
+    post.shape.box = base::Box{base::Vec3(0.52, below, 0), base::Vec3(0.72, 0.37, 0)};
+    scene.colliders = {post};
+    energies.push_back(energy(run(*make_simulation(scene, 50), 15).back()));
+  }
+  EXPECT_NEAR(energies[0], energies[1], 1e-9 * energies[1]);
+}
+
 TEST(SolidStep, GoesOnToTheBitWithTheWorkOfGravity) {
   Scene scene = open_scene(2, 1, 0.05);
   scene.options.precision = Precision::single_precision;

@@ -1,5 +1,7 @@
 #include "app/shot/shot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -247,6 +249,13 @@ void Shot::params(base::Params& p) {
     const double cells = *surface.voxel / scene.options.cell;
     p.require(cells >= kFinest * (1 - 1e-9) && cells <= kCoarsest * (1 + 1e-9), "surface.voxel", of_cell(cells) + "between 1/32 and 2 of it");
   }
+  constexpr double kLeastVoxel = 1.45e-5;   // [m] of smaller ones OpenVDB takes the third power for none
+  const double spacing = scene.options.cell / std::pow(double(scene.options.particles_per_cell), flat ? 0.5 : 1.0 / 3);
+  p.require(1.28 * spacing >= kLeastVoxel, "sim.cell",
+            "puts particles " + fmt::format("{:.3g}", spacing) + " m apart: OpenVDB's files hold none that are nearer than 1.14e-05 m");
+  if (!flat)
+    p.require(surface.voxel.value_or(scene.options.cell / 2) >= kLeastVoxel, surface.voxel ? "surface.voxel" : "sim.cell",
+              "has a surface of smaller voxels than OpenVDB holds: 1.45e-05 m");
   if (!flat && surface.radius) {
     constexpr double kThickest = 4;   // beyond, drops a basin apart are one, and the level set fills the domain
     const double cells = *surface.radius / scene.options.cell;

@@ -18,13 +18,18 @@ namespace app {
 namespace {
 
 // A speed [m/s] that the shot's particles hardly pass, the same for all its frames: that of a fall through the domain on
-// top of the fastest start, rounded up to 1, 2 or 5 times a power of ten.
+// top of the fastest start, of turning bodies and of colliders too, rounded up to 1, 2 or 5 times a power of ten.
 double top_speed(const sim::Scene& scene) {
   double start = 0, squared = 0;
-  for (const sim::Body& body : scene.bodies) start = std::max(start, body.velocity.norm());
+  for (const sim::Body& body : scene.bodies) {
+    const double reach = body.spin.isZero(0) ? 0 : 0.5 * body.shape.bounds().size().norm();
+    start = std::max(start, body.velocity.norm() + body.spin.norm() * reach);
+  }
+  for (const sim::Collider& collider : scene.colliders) start = std::max(start, collider.velocity.norm());
   for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
   const double speed = std::sqrt(squared + start * start);
-  if (!(speed > 0)) return 1;
+  constexpr double kLeast = 1e-30;   // [m/s] less is nothing that floats could divide by
+  if (!(speed > kLeast)) return 1;
   return base::round_up(speed);
 }
 
@@ -68,7 +73,20 @@ bool PictureMaker::colliders_move() const {
 render::Setting PictureMaker::setting_at(std::int64_t frame) const {
   render::Setting setting = shot_.render;
   if (!setting.preview.range) setting.preview.range = preview_range(shot_);
-  for (sim::Collider& c : setting.colliders) c.shape = sim::drawn_shape_at(static_cast<double>(frame - 1) / shot_.fps, c, shot_.scene.options);
+  const sim::Options& o = shot_.scene.options;
+  const auto meets_domain = [&](const sim::Shape& shape) {
+    const base::Box bounds = shape.bounds();
+    return (bounds.lower.array() <= o.domain.upper.array()).head(o.dimension).all() && (bounds.upper.array() >= o.domain.lower.array()).head(o.dimension).all();
+  };
+  for (std::size_t i = 0; i < setting.colliders.size(); ++i) {
+    sim::Collider& c = setting.colliders[i];
+    std::vector<sim::Shape> all = sim::with_images(sim::drawn_shape_at(static_cast<double>(frame - 1) / shot_.fps, c, o), o);
+    const auto seen = std::find_if(all.begin(), all.end(), meets_domain);
+    if (seen != all.end()) std::iter_swap(all.begin(), seen);
+    c.shape = all.front();
+    for (std::size_t k = 1; k < all.size(); ++k)
+      if (meets_domain(all[k])) setting.images.push_back({i, all[k]});
+  }
   return setting;
 }
 
@@ -79,7 +97,9 @@ double PictureMaker::surface(std::int64_t frame) {
   const std::filesystem::path file = folder_.surface(frame);
   Folder::make_room_for(file);
   surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
-  for (const sim::Collider& collider : setting_at(frame).colliders) room.solids.push_back(collider.shape);
+  const render::Setting setting = setting_at(frame);
+  for (const sim::Collider& collider : setting.colliders) room.solids.push_back(collider.shape);
+  for (const render::ColliderImage& image : setting.images) room.solids.push_back(image.shape);
   room.is_liquid = !shot_.scene.options.is_solid();
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);

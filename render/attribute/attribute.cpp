@@ -148,7 +148,7 @@ bool is_material(std::string_view color) { return color == "material"; }
 
 bool only_particles_have(std::string_view color) { return carried(color) || is_material(color); }
 
-float Scale::place(float value) const { return std::clamp(value / static_cast<float>(top), is_signed ? -1.0f : 0.0f, 1.0f); }
+float Scale::place(float value) const { return static_cast<float>(std::clamp(static_cast<double>(value) / top, is_signed ? -1.0 : 0.0, 1.0)); }
 base::Vec3f Scale::color(float value) const {
   if (!names.empty()) return raster::distinct(static_cast<std::size_t>(value));
   return is_signed ? raster::blue_to_red(place(value)) : raster::viridis(place(value));

@@ -68,6 +68,8 @@ class Samples {
     if (!plane_.holds(p)) return Ground::page;
     for (const sim::Collider& collider : setting_.colliders)
       if (inside(collider.shape, p)) return Ground::solid;
+    for (const ColliderImage& image : setting_.images)
+      if (inside(image.shape, p)) return Ground::solid;
     return Ground::open;
   }
 
@@ -120,7 +122,7 @@ void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis
     place[axis] = static_cast<double>(i) * step;
     const Vec2 at = plane.pixel(place);
     const std::int64_t x = std::lround(at.x()), y = std::lround(at.y());
-    const std::string label = raster::tick_label(static_cast<double>(i) * step) + (i == last ? " m" : "");
+    const std::string label = raster::tick_label(static_cast<double>(i) * step, step) + (i == last ? " m" : "");
     if (axis == 0) {
       canvas.fill(x, y, s, 6 * s, kFrame);
       labels.write(x - canvas.width_of(label) / 2, y + 8 * s, label);

@@ -68,9 +68,10 @@ double tick_step(double range, double parts) {
   return (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10) * power;
 }
 
-std::string tick_label(double value) {
-  char number[32];
-  std::snprintf(number, sizeof number, "%.6g", value);
+std::string tick_label(double value, double step) {
+  const double digits = value != 0 ? std::floor(std::log10(std::abs(value)) + 1e-9) - std::floor(std::log10(step) + 1e-9) + 1 : 1;
+  char number[40];
+  std::snprintf(number, sizeof number, "%.*g", static_cast<int>(std::clamp(digits, 6.0, 17.0)), value);
   return number;
 }
 
@@ -108,7 +109,7 @@ void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale, Labels&
   for (auto i = static_cast<int>(std::ceil(low / step - 1e-9)); i * step <= scale.top * (1 + 1e-9); ++i) {
     const auto y = top + std::lround(static_cast<double>(height) * (scale.top - i * step) / range);
     canvas.fill(left + width, std::min(y, top + height - 1), 4 * s, 1, kInk);
-    labels.write(left + width + 7 * s, y - 6 * s, tick_label(i * step));
+    labels.write(left + width + 7 * s, y - 6 * s, tick_label(i * step, step));
   }
   labels.write(left, top - 22 * s, scale.unit);
 }

@@ -46,7 +46,7 @@ class Labels {
 /// A step of 1, 2 or 5 times a power of ten that cuts `range` into about `parts`.
 double tick_step(double range, double parts);
 /// A tick's value in as few digits as it takes.
-std::string tick_label(double value);
+std::string tick_label(double value, double step);
 
 /// At the right edge, half as high as the picture, with the unit above it.
 void draw_color_bar(const Canvas&, const attribute::Scale&, Labels&);

@@ -79,7 +79,8 @@ Eigen::Vector2f Camera::motion(const Ray& ray, const FirstHit& first) const {
   if (!travels_ && first.velocity.isZero(0)) return {0, 0};
   const Vec3 direction = ray.direction.cast<double>(), velocity = first.velocity.cast<double>();
   const Vec3 seen = ray.origin.cast<double>() + static_cast<double>(first.t) * direction;
-  const Vec3 point = seen - static_cast<double>((2 * ray.time - 1) * half_exposure_) * velocity;  // at the frame's moment
+  const double later = first.is_held ? 0 : static_cast<double>((2 * ray.time - 1) * half_exposure_);
+  const Vec3 point = seen - later * velocity;  // at the frame's moment
   const Vec3 step = kMoment / fps_ * velocity;
   const auto from = projected(before_, first.found ? Vec3(point - step - before_.position) : direction);
   const auto to = projected(after_, first.found ? Vec3(point + step - after_.position) : direction);

@@ -46,24 +46,25 @@ T* buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_
   return items;
 }
 
-RTCGeometry box_geometry(RTCDevice device, const sim::Shape& box) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
-  auto* vertices = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 8);
-  const auto corners = box.corners();
-  for (std::size_t i = 0; i < 8; ++i) {
-    const base::Vec3f p = corners[i].cast<float>();
-    vertices[i] = {p.x(), p.y(), p.z()};
-  }
+RTCGeometry boxes_geometry(RTCDevice device, const std::vector<sim::Shape>& boxes) {
   constexpr std::array<std::array<std::uint32_t, 4>, 6> kFaces{{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-  std::copy(kFaces.begin(), kFaces.end(), buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, kFaces.size()));
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  auto* vertex = buffer<std::array<float, 3>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, 8 * boxes.size());
+  auto* quad = buffer<std::array<std::uint32_t, 4>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT4, kFaces.size() * boxes.size());
+  for (std::uint32_t b = 0; b < boxes.size(); ++b) {
+    for (const base::Vec3& corner : boxes[b].corners()) *vertex++ = {float(corner.x()), float(corner.y()), float(corner.z())};
+    for (const auto& face : kFaces) *quad++ = {8 * b + face[0], 8 * b + face[1], 8 * b + face[2], 8 * b + face[3]};
+  }
   return geometry;
 }
 
-RTCGeometry sphere_geometry(RTCDevice device, const sim::Shape::Sphere& sphere) {
+RTCGeometry spheres_geometry(RTCDevice device, const std::vector<sim::Shape>& spheres) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-  auto* vertex = buffer<std::array<float, 4>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, 1);
-  const base::Vec3f c = sphere.center.cast<float>();
-  vertex[0] = {c.x(), c.y(), c.z(), static_cast<float>(sphere.radius)};
+  auto* vertex = buffer<std::array<float, 4>>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, spheres.size());
+  for (const sim::Shape& shape : spheres) {
+    const base::Vec3f middle = shape.sphere->center.cast<float>();
+    *vertex++ = {middle.x(), middle.y(), middle.z(), static_cast<float>(shape.sphere->radius)};
+  }
   return geometry;
 }
 
@@ -252,9 +253,9 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
   rtcSetSceneFlags(m.scene, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t i = 1; i < surfaces.size(); ++i) {
     if (surfaces[i].mesh) m.attach(triangle_geometry(m.device.handle, *surfaces[i].mesh), static_cast<unsigned>(i));
-    const sim::Shape& shape = surfaces[i].shape;
-    if (!shape.box && !shape.sphere) continue;
-    m.attach(shape.box ? box_geometry(m.device.handle, shape) : sphere_geometry(m.device.handle, *shape.sphere), static_cast<unsigned>(i));
+    const std::vector<sim::Shape>& shapes = surfaces[i].shapes;
+    if (shapes.empty()) continue;
+    m.attach(shapes[0].box ? boxes_geometry(m.device.handle, shapes) : spheres_geometry(m.device.handle, shapes), static_cast<unsigned>(i));
   }
   m.device.check("solids");
 }
@@ -371,7 +372,7 @@ Vec3f Geometry::velocity(const Hit& hit) const {
   const auto surface = static_cast<std::size_t>(hit.surface);
   if (m.surfaces[surface].grains) return m.grains->velocity[m.clouds[surface].index[hit.primitive]];
   const Impl::Skin& skin = m.skins[surface];
-  if (skin.quads.empty()) return Vec3f::Zero();
+  if (skin.quads.empty()) return m.surfaces[surface].velocity;
   const std::array<float, 4> share = corner_shares(hit.u, hit.v);
   Vec3f v = Vec3f::Zero();
   for (std::size_t k = 0; k < 4; ++k) v += share[k] * skin.velocities[skin.quads[hit.primitive][k]];

@@ -30,7 +30,8 @@ struct GrainStyle {
 struct Surface {
   Material material;
   bool is_body = false;
-  sim::Shape shape = {};                // of a collider
+  std::vector<sim::Shape> shapes = {};  // of a collider: boxes or spheres, with its images across periodic sides
+  Vec3f velocity = Vec3f::Zero();       // [m/s] of a collider, which is drawn where it is at the frame's moment
   std::optional<GrainStyle> grains = {};
   std::shared_ptr<const files::Triangles> mesh = {};  // of a set piece [m]
 };

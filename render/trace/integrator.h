@@ -21,6 +21,7 @@ struct FirstHit {
   Vec3f albedo = Vec3f::Zero();    // 1 of a dielectric
   Vec3f normal = Vec3f::Zero();    // shading normal, world
   Vec3f velocity = Vec3f::Zero();  // [m/s]
+  bool is_held = false;            // drawn where it is at the frame's moment, all the time
   int id = 0;                      // 0 nothing, 1 the ground, 2 + number of a surface
   Vec3f guide_albedo = Vec3f::Zero(), guide_normal = Vec3f::Zero();  // what scatters first, as mirrors and dielectrics before it show it
 };

@@ -153,8 +153,13 @@ const RoughBoundary& Scene::rough_boundary(float alpha, float eta, bool& back) c
 Scene make_scene(const Setting& setting) {
   Scene scene;
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
-  for (const sim::Collider& c : setting.colliders)
-    scene.surfaces.push_back({.material = material_of(setting, c.look, "collider." + c.name + ".look"), .shape = c.shape});
+  for (const sim::Collider& c : setting.colliders) {
+    Surface& surface = scene.surfaces.emplace_back();
+    surface.material = material_of(setting, c.look, "collider." + c.name + ".look");
+    if (c.shape.box || c.shape.sphere) surface.shapes = {c.shape};
+    surface.velocity = c.velocity.cast<float>();
+  }
+  for (const ColliderImage& image : setting.images) scene.surfaces[1 + image.collider].shapes.push_back(image.shape);
   for (const SetPiece& piece : setting.sets)
     scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look"), .mesh = placed(piece)});
   for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) scene.surfaces.push_back(body_of(setting, body));

@@ -47,11 +47,22 @@ Fallback keyed(const std::vector<CameraKey>& keys, std::optional<Value> CameraKe
   return named.empty() ? fallback : Fallback(curve(named, frame));
 }
 
+constexpr double kFieldOfView = 35;   // [degrees] of a camera that says none
+
+/// [degrees] The least field of view of all frames.
+double narrowest(const Camera& camera) {
+  double least = camera.fov.value_or(kFieldOfView);
+  bool is_keyed = false;
+  for (const CameraKey& key : camera.keys)
+    if (key.fov) least = is_keyed ? std::min(least, *key.fov) : *key.fov, is_keyed = true;
+  return least;
+}
+
 /// The camera without its keys, as they have it at `frame`.
 Camera at_frame(Camera camera, double frame) {
   camera.position = keyed(camera.keys, &CameraKey::position, frame, camera.position);
   camera.target = keyed(camera.keys, &CameraKey::target, frame, camera.target);
-  camera.fov = keyed(camera.keys, &CameraKey::fov, frame, camera.fov);
+  camera.fov = keyed(camera.keys, &CameraKey::fov, frame, std::optional(camera.fov.value_or(kFieldOfView)));
   camera.focus = keyed(camera.keys, &CameraKey::focus, frame, camera.focus);
   return camera;
 }
@@ -70,8 +81,10 @@ constexpr int kTurns = 64;  // directions from which a turntable's default view 
 View resolve(const Camera& given, const base::Box& domain, std::int64_t width, std::int64_t height, double frame) {
   const Camera camera = at_frame(given, frame);
   View v;
-  v.tan_y = std::tan(0.5 * camera.fov * std::numbers::pi / 180);
-  v.tan_x = v.tan_y * static_cast<double>(width) / static_cast<double>(height);
+  const auto open = [&](double fov) {
+    v.tan_y = std::tan(0.5 * fov * std::numbers::pi / 180);
+    v.tan_x = v.tan_y * static_cast<double>(width) / static_cast<double>(height);
+  };
   const Vec3 target = camera.target.value_or(0.5 * (domain.lower + domain.upper));
   const auto turned = [&](const Vec3& arm, double turns) {
     return Vec3(Eigen::AngleAxisd(2 * std::numbers::pi * turns, camera.up.normalized()) * arm);
@@ -82,12 +95,14 @@ View resolve(const Camera& given, const base::Box& domain, std::int64_t width, s
     if (arm.norm() > 1e-9) sight = -arm;
   } else {
     double distance = 0;
+    open(narrowest(given));   // for all frames: else the camera would go back while the lens zooms in
     for (int i = 0; i < (camera.turntable ? kTurns : 1); ++i) {
       aim(v, -turned(kFrom, static_cast<double>(i) / kTurns), camera.up);
       distance = std::max(distance, fitting_distance(v, domain, target));
     }
     arm *= distance;
   }
+  open(*camera.fov);
   v.position = camera.position.value_or(target + arm);
   if (camera.turntable) {
     arm = turned(arm, camera.turntable->revolutions * (frame - 1) / camera.turntable->frames);

@@ -12,19 +12,6 @@ namespace {
 /// Particles stop this far from a wall or collider [cells]: on the wall itself they would sit on the edge of two cells.
 constexpr double kSkin = 1e-3;
 
-/// A box that stands on a wall goes on behind it: the side in the wall is no way out. So does one that spans a periodic axis.
-Shape continued_through_walls(Shape shape, const Options& o) {
-  if (!shape.box || shape.turn) return shape;
-  const base::Vec3 size = o.domain.size();
-  for (int a = 0; a < o.dimension; ++a) {
-    const bool lower = shape.box->lower[a] < o.domain.lower[a] + 1e-6 * o.cell, upper = shape.box->upper[a] > o.domain.upper[a] - 1e-6 * o.cell;
-    const bool wall = !o.periodic(a);
-    if (lower && (wall || upper)) shape.box->lower[a] -= size[a];
-    if (upper && (wall || lower)) shape.box->upper[a] += size[a];
-  }
-  return shape;
-}
-
 /// Of its thinnest part [m]; of a box that goes on along an axis without end, across the others.
 double thickness(const Shape& shape, int dimension) {
   if (shape.sphere) return 2 * shape.sphere->radius;
@@ -40,6 +27,20 @@ void stop_at_wall(Real& velocity, Real outward) {
 }
 
 }  // namespace
+
+Shape continued_through_walls(Shape shape, const Options& o) {
+  if (!shape.box || shape.turn) return shape;
+  const base::Vec3 size = o.domain.size();
+  for (int a = 0; a < o.dimension; ++a) {
+    const bool lower = shape.box->lower[a] < o.domain.lower[a] + 1e-6 * o.cell, upper = shape.box->upper[a] > o.domain.upper[a] - 1e-6 * o.cell;
+    const bool wall = !o.periodic(a);
+    if (lower && (wall || upper)) shape.box->lower[a] -= size[a];
+    if (upper && (wall || lower)) shape.box->upper[a] += size[a];
+  }
+  return shape;
+}
+
+double thickness(const Collider& collider, const Options& o) { return thickness(continued_through_walls(collider.shape, o), o.dimension); }
 
 Shape drawn_shape_at(double time, const Collider& collider, const Options& o) {
   Shape drawn = shape_at(time, collider, o);

@@ -127,8 +127,11 @@ class Liquid final : public Simulation {
       way = finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
+    double fall = 0;   // [J] work of gravity along axes that have no floor
     for (int a = 0; a < D; ++a)
-      if (options_.periodic(a)) gravity_work_ += dt * gravity_[a] * particles_.mass * (motion.momentum[a] + 0.5 * dt * gravity_[a] * double(particles_.size()));
+      if (options_.periodic(a)) fall += dt * gravity_[a] * particles_.mass * (motion.momentum[a] + 0.5 * dt * gravity_[a] * double(particles_.size()));
+    gravity_work_ += fall;
+    if (!solids_.shapes.empty()) watch_.add_work(fall);   // of energy() it is part then
     largest_cfl_ = std::max(largest_cfl_, way);
     steps_by_motion_ += dt < left;
     ++substeps_;
@@ -217,13 +220,14 @@ class Liquid final : public Simulation {
     collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;
   }
 
-  /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake.
+  /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake where
+  /// there is no collider.
   double energy() const {
     const auto sums = step_.transfer().sums(particles_, options_.cell);
     const double mass = particles_.mass * double(particles_.size());
     double mean = 0;
     for (int a = 0; a < D; ++a)
-      if (options_.periodic(a)) mean += sums.linear_momentum[a] * sums.linear_momentum[a] / (2 * mass);
+      if (options_.periodic(a) && solids_.shapes.empty()) mean += sums.linear_momentum[a] * sums.linear_momentum[a] / (2 * mass);
     return sums.kinetic_energy - mean + potential_energy();
   }
 

@@ -25,7 +25,7 @@ double inverse_theta(const LiquidCells<D>& cells, int axis, std::ptrdiff_t liqui
   if (cells.distance.empty() || air < 0) return 1;
   const double t = theta(cells.distance[std::size_t(liquid)], cells.distance[std::size_t(air)]);
   const int film = cells.film_at(std::size_t(liquid));
-  return 1 / (film > 0 && film != axis + 1 ? std::max(t, kLeastBesideFilm) : t);
+  return 1 / (film > 0 && !(film >> axis & 1) ? std::max(t, kLeastBesideFilm) : t);
 }
 
 /// The places of a tile of the solver and of the cells around it, as indices of fields.

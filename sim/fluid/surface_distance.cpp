@@ -82,6 +82,17 @@ std::vector<std::uint8_t> blocks_near_surface(const std::vector<CellKind>& kind,
   return near;
 }
 
+/// Those blocks and all around them. The average looks two cells far, which is beyond a neighbour that is one cell wide: the last of a periodic axis.
+template <int D>
+std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& near, const ActiveBlocks<D>& blocks) {
+  std::vector<std::uint8_t> all(near.size());
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (const std::int32_t other : blocks.neighbours(b)) all[b] |= other >= 0 && near[std::size_t(other)];
+  });
+  return all;
+}
+
 /// The part of a cell, which is not solid, that is outside colliders, by its faces. Walls close whole faces and cut no cell.
 template <int D>
 float open_part(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
@@ -182,20 +193,21 @@ bool meets_other(std::size_t i, const std::vector<CellKind>& kind, const ActiveB
   return false;
 }
 
-/// A film is a liquid cell between a solid and air across which the average changes most: beside a wall the top of deep liquid is none.
+/// A film is a liquid cell between a solid and air along an axis across which the average changes most: beside a wall the top of deep liquid is none. In
+/// a corner it may be one along several.
 struct Film {
-  std::ptrdiff_t above = -1;   // the air cell; none where the cell is no film
-  int axis = 0;
+  std::ptrdiff_t above = -1;   // the air cell; none where the cell is no film along the axis
   float height = 0;            // [cells]
 };
 
-/// The average keeps the sum of a column and its mirror image, but takes both surfaces of what is thinner than it is wide for lower than they are.
-/// Of the column's fillings f, g, 0 ... it makes (3 f + g) / 4 and (f + 2 g) / 4, which give f + g.
+/// By axis. The average keeps the sum of a column and its mirror image, but takes both surfaces of what is thinner than it is wide for lower than they
+/// are. Of the column's fillings f, g, 0 ... it makes (3 f + g) / 4 and (f + 2 g) / 4, which give f + g.
 template <int D>
-Film film_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+std::array<Film, std::size_t(D)> films_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   const auto kind_at = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air); };
   const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : mean_filling<D>(places_around<D>(std::size_t(j), blocks), filling, kind); };
-  if (kind[i] != CellKind::liquid) return {};
+  std::array<Film, std::size_t(D)> films;
+  if (kind[i] != CellKind::liquid) return films;
   for (int a = 0; a < D; ++a)
     for (const int side : {0, 1}) {
       const std::ptrdiff_t above = blocks.neighbour(i, a, side);
@@ -211,9 +223,18 @@ Film film_of(std::size_t i, const std::vector<float>& filling, const std::vector
           }
           if (std::max(beside[0], beside[1]) > 0.5) slope = std::max(slope, std::abs(beside[1] - beside[0]) / 2);
         }
-      if (low - high > slope) return {above, a, float(0.8 * low + 1.6 * high)};
+      if (low - high > slope) films[std::size_t(a)] = {above, float(0.8 * low + 1.6 * high)};
     }
-  return {};
+  return films;
+}
+
+/// The axes along which a cell is a film, a bit each.
+template <int D>
+std::uint8_t film_axes(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  const auto films = films_of(i, filling, kind, blocks);
+  unsigned axes = 0;
+  for (std::size_t a = 0; a < std::size_t(D); ++a) axes |= unsigned(films[a].above >= 0) << a;
+  return std::uint8_t(axes);
 }
 
 /// A cell's distance from the surface that `kind` and `filling` give.
@@ -223,14 +244,19 @@ float distance_at(std::size_t i, const std::vector<float>& filling, const std::v
   const bool wet = kind[i] == CellKind::liquid;
   if (!meets_other(i, kind, blocks)) return wet ? -1.0f : 1.0f;
   float far = distance_of(i, filling, kind, blocks);
+  float thickest = -1;   // [cells] of the films that this cell is, or bounds
+  const auto take = [&](std::size_t cell, std::ptrdiff_t bound) {
+    for (const Film& film : films_of(cell, filling, kind, blocks))
+      if (film.above >= 0 && (bound < 0 || film.above == bound)) thickest = std::max(thickest, film.height);
+  };
   if (wet) {
-    if (const Film film = film_of(i, filling, kind, blocks); film.above >= 0) far = 0.5f - film.height;
+    take(i, -1);
   } else {
     for (int a = 0; a < D; ++a)
       for (const int side : {0, 1})
-        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0)
-          if (const Film film = film_of(std::size_t(j), filling, kind, blocks); film.above == std::ptrdiff_t(i)) far = 1.5f - film.height;
+        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0) take(std::size_t(j), std::ptrdiff_t(i));
   }
+  if (thickest >= 0) far = (wet ? 0.5f : 1.5f) - thickest;
   return wet ? std::clamp(far, -kWithin, -kBeside) : std::clamp(far, kBeside, kWithin);
 }
 
@@ -265,9 +291,9 @@ std::vector<std::size_t> cells_near(const std::vector<std::uint8_t>& near, const
 
 template <int D>
 void set_films(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  const std::vector<std::size_t> films = cells_near<D>(near, [&](std::size_t i) { return film_of(i, filling, cells.kind, blocks).above >= 0; });
+  const std::vector<std::size_t> films = cells_near<D>(near, [&](std::size_t i) { return film_axes(i, filling, cells.kind, blocks) != 0; });
   cells.film.assign(films.empty() ? 0 : blocks.size(), 0);
-  for (const std::size_t i : films) cells.film[i] = std::uint8_t(1 + film_of(i, filling, cells.kind, blocks).axis);
+  for (const std::size_t i : films) cells.film[i] = film_axes(i, filling, cells.kind, blocks);
 }
 
 /// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
@@ -380,7 +406,7 @@ template <int D, class Real>
 void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& count, double full, LiquidCells<D>& cells,
                   const ActiveBlocks<D>& blocks) {
   const std::vector<std::uint8_t> near = blocks_near_surface(cells.kind, blocks);
-  const FaceFilling filling = face_filling(mass, full, cells, near, blocks);
+  const FaceFilling filling = face_filling(mass, full, cells, blocks.all_places() ? near : with_neighbours(near, blocks), blocks);
   const auto become = [&](const std::vector<std::size_t>& changed, CellKind kind) {
     for (const std::size_t i : changed) cells.kind[i] = kind;
   };

@@ -12,7 +12,7 @@ template <int D>
 struct LiquidCells {
   std::vector<CellKind> kind;
   std::vector<float> distance;       // [cells] as find_surface sets it
-  std::vector<std::uint8_t> film;    // 1 and the axis along which a liquid cell lies between a solid and air; 0: no film; empty: there is none
+  std::vector<std::uint8_t> film;    // the axes along which a liquid cell lies between a solid and air, a bit each; 0: no film; empty: there is none
   std::vector<std::size_t> thin;     // air cells whose particles fly as they did: their faces keep the velocity that P2G and forces gave them
   OpenFaces<D> open;
   std::array<std::array<bool, 2>, std::size_t(D)> open_sides{};   // of the domain: beyond them is air

@@ -3,6 +3,12 @@
 #include <cmath>
 
 namespace sim {
+namespace {
+
+/// [cells] Nearer than that to a collider is on it, whatever rounding says of a face in a plane of nodes.
+constexpr double kOnFace = 1e-6;
+
+}  // namespace
 
 template <int D>
 NodeContacts<D>::NodeContacts(const Scene& scene) : cell_(scene.options.cell), origin_(scene.options.domain.lower) {
@@ -17,7 +23,7 @@ NodeContacts<D>::NodeContacts(const Scene& scene) : cell_(scene.options.cell), o
     sides_.push_back({a, cells, true, {contact_of(o.boundary[std::size_t(a)][1]), o.wall_friction}});
   }
   for (const Collider& collider : scene.colliders)
-    for (const Shape& shape : with_images(collider.shape, o)) bodies_.push_back({shape, {collider.contact, collider.friction}});
+    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o)) bodies_.push_back({shape, {collider.contact, collider.friction}});
 }
 
 template <int D>
@@ -34,7 +40,7 @@ void NodeContacts<D>::apply(const Cell<D>& block, Vec<D, Real>* velocity) const 
       const Cell<D> node = Lattice<D>::cell_in(block, i);
       base::Vec3 at = origin_, normal;
       for (int a = 0; a < D; ++a) at[a] += cell_ * node[a];
-      if (body.shape.distance(at, &normal) >= 0) continue;
+      if (body.shape.distance(at, &normal) >= kOnFace * cell_) continue;
       const Vec<D, Real> outward = normal.head<D>().template cast<Real>();
       velocity[i] = after_contact<D, Real>(body.rubbing, outward, velocity[i]);
     }

@@ -24,7 +24,8 @@ Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, con
   return speed > taken ? Vec<D, Real>(along * ((speed - taken) / speed)) : Vec<D, Real>(Vec<D, Real>::Zero());
 }
 
-/// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it lies in it.
+/// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it
+/// lies on it or in it.
 template <int D>
 class NodeContacts {
  public:

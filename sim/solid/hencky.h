@@ -55,8 +55,13 @@ struct Hencky {
   template <class T, int D>
   T stiffness(const Principal<T, D>& s) const {
     Principal<T, D> e;
-    for (std::size_t i = 0; i < D; ++i) e[i] = LogStretch<T>(s[i]).value;
-    return stiffness_of_strain<T, D>(e);
+    T steepest = constant<T>(1);   // of the logarithm's slopes, over those of its argument: above 1 on its tangent, which an inverted body is on
+    for (std::size_t i = 0; i < D; ++i) {
+      const LogStretch<T> log(s[i]);
+      e[i] = log.value;
+      steepest = larger(steepest, magnitude(log.rate));
+    }
+    return stiffness_of_strain<T, D>(e) + constant<T>(lame.lambda + 2 * lame.mu) * (steepest * steepest - constant<T>(1));
   }
 };
 
