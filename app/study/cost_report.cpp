@@ -169,7 +169,7 @@ void add_plots(Page& page, const Study& study, const fs::path& out, base::Progre
     if (!plots.empty()) Folder::make_room_for(fs::path(stems.front()));
     svgs = write_plots(plots, stems);
   } catch (const base::Error& e) {
-    if (std::string(e.what()).find("gnuplot cannot be started") == std::string::npos) throw;
+    if (!is_without_gnuplot(e)) throw;
     progress.line(std::string("report without plots: ") + e.what());
     page.paragraph(std::string("No plots: ") + e.what());
     return;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <string_view>
 
 #include "app/stages/program.h"
 #include "app/study/plot_script.h"
@@ -16,22 +17,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A path as gnuplot reads it: each ' twice.
-std::string quoted(const fs::path& path) {
-  std::string out = "'";
-  for (const char c : path.string()) out += c == '\'' ? "''" : std::string(1, c);
-  return out + "'";
-}
+constexpr std::string_view kCannotStart = "gnuplot cannot be started: ";
 
 std::string terminal_svg(const Plot& plot, const fs::path& file) {
   return "set terminal svg size " + std::to_string(plot.width) + "," + std::to_string(plot.height)
-      + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output " + quoted(file) + "\n";
+      + " dynamic background '#ffffff' font 'DejaVu Sans,16'\nset output " + in_quotes(file.string()) + "\n";
 }
 
 /// Twice the size of the SVG; this terminal's letters are in points of 4/3 pixels.
 std::string terminal_png(const Plot& plot, const fs::path& file) {
   return "set terminal pngcairo size " + std::to_string(2 * plot.width) + "," + std::to_string(2 * plot.height) +
-         " background '#ffffff' font 'DejaVu Sans,16' fontscale 1.5 linewidth 2 pointscale 3\nset output " + quoted(file) + "\n";
+         " background '#ffffff' font 'DejaVu Sans,16' fontscale 1.5 linewidth 2 pointscale 3\nset output " + in_quotes(file.string()) + "\n";
 }
 
 void run_gnuplot(const fs::path& folder, const std::string& script, const std::string& made) {
@@ -40,7 +36,7 @@ void run_gnuplot(const fs::path& folder, const std::string& script, const std::s
   const ProgramEnd end = run_program({"gnuplot", "--default-settings", file.string()}, made, [](int) {});
   if (!end.started)
     throw base::Error({.code = base::Exit::io, .file = made, .hint = "apt-get install gnuplot-nox",
-                       .message = "gnuplot cannot be started: " + end.said});
+                       .message = std::string(kCannotStart) + end.said});
   if (!end.well) base::throw_io(made, "gnuplot: " + (end.said.empty() ? "failed" : end.said));
 }
 
@@ -54,6 +50,8 @@ std::string with_fonts(std::string svg) {
 }
 
 }  // namespace
+
+bool is_without_gnuplot(const base::Error& e) { return e.complaint().message.starts_with(kCannotStart); }
 
 std::vector<std::string> svg_of(std::span<const Plot> plots) {
   if (plots.empty()) return {};

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
+
 namespace app {
 
 enum class Style {
@@ -44,6 +46,9 @@ struct Plot {
   std::string note = {};                  // a line below all, in small letters
   int width = 960, height = 540;          // [pixels] of the SVG, letters being 16 high; a plot shown at half a page's width wants 640 x 400
 };
+
+/// Whether there are no plots because there is no gnuplot: a page does without them then, and says so.
+bool is_without_gnuplot(const base::Error&);
 
 /// Texts of SVG files, one a plot, through one start of gnuplot. Throws base::Error: exit 5 where gnuplot is missing or fails, 1 for a value
 /// that is not finite or series of unequal length.

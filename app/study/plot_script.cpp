@@ -34,15 +34,11 @@ std::string number(double value) {
   return text;
 }
 
-/// Single quotes: gnuplot runs what stands in backquotes within double ones.
+/// Without control characters.
 std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : clean_text(text)) {
-    if (static_cast<unsigned char>(c) < 32) out += ' ';
-    else if (c == '\'') out += "''";
-    else out += c;
-  }
-  return out + "'";
+  std::string line = clean_text(text);
+  std::replace_if(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
+  return in_quotes(line);
 }
 
 void check(const Plot& plot) {
@@ -350,6 +346,15 @@ class Drawing {
 };
 
 }  // namespace
+
+std::string in_quotes(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text) {
+    if (c == '\'') out += c;
+    out += c;
+  }
+  return out + "'";
+}
 
 std::string plot_script(const Plot& plot) { return Drawing(plot).script(); }
 

@@ -63,6 +63,16 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
   return run;
 }
 
+/// Frames whose pictures, and surfaces in three dimensions, are not there.
+std::vector<std::int64_t> missing_of(const Shot& shot, const Folder& folder, const StageHashes& hashes, const std::vector<std::int64_t>& frames) {
+  const std::int64_t dimension = shot.scene.options.dimension;
+  Finished finished(folder, hashes, dimension);
+  std::vector<std::int64_t> missing;
+  for (const std::int64_t frame : frames)
+    if (!finished.has(Stage::render, frame) || (dimension == 3 && !finished.has(Stage::surface, frame))) missing.push_back(frame);
+  return missing;
+}
+
 }  // namespace
 
 MeasuredRun simulate(const ShotRun& run, std::string& failure) {
@@ -73,24 +83,16 @@ MeasuredRun simulate(const ShotRun& run, std::string& failure) {
 
 std::vector<std::int64_t> missing_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
   const Shot shot = read_shot(run.shot, run.overrides);
-  const Folder folder(run.out);
-  const StageHashes hashes = stage_hashes(shot);
-  const std::int64_t dimension = shot.scene.options.dimension;
-  Finished finished(folder, hashes, dimension);
-  std::vector<std::int64_t> missing;
-  for (const std::int64_t frame : frames)
-    if (!finished.has(Stage::render, frame) || (dimension == 3 && !finished.has(Stage::surface, frame))) missing.push_back(frame);
-  return missing;
+  return missing_of(shot, Folder(run.out), stage_hashes(shot), frames);
 }
 
 std::string make_pictures(const ShotRun& run, const std::vector<std::int64_t>& frames) {
   try {
-    const std::vector<std::int64_t> missing = missing_pictures(run, frames);
-    if (missing.empty()) return "";
     const Shot shot = read_shot(run.shot, run.overrides);
     const Folder folder(run.out);
-    PictureMaker maker(shot, folder, stage_hashes(shot), run.threads);
-    for (const std::int64_t frame : missing) {
+    const StageHashes hashes = stage_hashes(shot);
+    PictureMaker maker(shot, folder, hashes, run.threads);
+    for (const std::int64_t frame : missing_of(shot, folder, hashes, frames)) {
       stop_if_signalled();
       if (shot.scene.options.dimension == 3) maker.surface(frame);
       maker.render(frame);

@@ -161,7 +161,7 @@ void write_verify_page(const std::vector<Verdict>& all, double seconds, int thre
   try {
     if (!plots.empty()) drawn = svg_of(plots);
   } catch (const base::Error& e) {
-    if (std::string(e.what()).find("gnuplot cannot be started") == std::string::npos) throw;
+    if (!is_without_gnuplot(e)) throw;
     page.paragraph(std::string("No plots: ") + e.what());
     plots_of.assign(plots_of.size(), 0);
   }
