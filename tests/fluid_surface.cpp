@@ -1,6 +1,7 @@
 // Which cells the surface makes liquid, the field that it leaves beside them, and what a shift of particles leaves of their velocities.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/fluid/advect.h"
@@ -70,6 +71,23 @@ TEST(FluidSurface, FewParticlesAreThinLiquidAndAFullDropIsNot) {
   EXPECT_FALSE(pool.is_liquid(11, 9) || pool.is_liquid(4, 20));
   EXPECT_TRUE(pool.is_liquid(18, 20) && pool.is_liquid(11, 1) && pool.is_liquid(2, 9) && pool.is_liquid(7, 9));
   EXPECT_EQ(pool.cells.distance[pool.at(11, 10)], 1);
+}
+
+TEST(FluidSurface, ThinLiquidIsTheSameWhereverTheGridsBlocksBegin) {
+  const auto thin_cells = [](int up) {
+    const Pool pool([&](int i, int j) {
+      const bool is_foam = i >= 8 && i < 15 && j >= 3 + up && j < Pool::kLevel + up;
+      return is_foam ? 1 : j < Pool::kLevel + up ? Pool::kFull : 0;
+    });
+    std::vector<std::pair<int, int>> thin;
+    for (int i = 0; i < Pool::kCells; ++i)
+      for (int j = up; j < Pool::kCells; ++j)
+        if (pool.is_thin(i, j)) thin.emplace_back(i, j - up);
+    return thin;
+  };
+  const auto thin = thin_cells(0);
+  EXPECT_EQ(std::ranges::min(thin, {}, &std::pair<int, int>::second).second, Pool::kLevel - 4) << "three below the top row, which is air by its average";
+  for (const int up : {1, 2, 3}) EXPECT_EQ(thin_cells(up), thin) << up;
 }
 
 // A cell's own average, and its mirror image in the solid, find the surface of a film too low; the sum of the column does not.

@@ -326,40 +326,49 @@ std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const std::v
   });
 }
 
-/// Liquid cells in and beside which the liquid is thinner than chance makes it. How thin it is in a cell the particles of the liquid cells around
-/// say, with weights 1, 2, 1 along each axis.
+/// Whether air is within three cells along every axis.
+template <int D>
+bool is_near_air(std::size_t i, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  constexpr int kReach = 3;
+  for (int corner = 0; corner < 1 << D; ++corner) {
+    Cell<D> first = blocks.cell_at(i);
+    for (int a = 0; a < D; ++a) first[a] -= corner >> a & 1 ? kReach : 0;
+    for (const std::ptrdiff_t at : blocks.template places<kReach + 1>(first))
+      if (value_at(kind, at, CellKind::solid) == CellKind::air) return true;
+  }
+  return false;
+}
+
+/// Liquid cells near air in and beside which the liquid is thinner than chance makes it. How thin it is in a cell the particles of the liquid cells
+/// around say, with weights 1, 2, 1 along each axis.
 template <int D>
 std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std::vector<float>& on_walls, double full, const std::vector<std::uint8_t>& near,
                                      const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   constexpr double kSquares = 0.375;   // the sum of the squared weights along an axis
   const auto least = float(1 - kThinDeviations * std::sqrt(std::pow(kSquares, D) / full));
   if (least <= 0) return {};
   const auto is_liquid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid; };
-  std::vector<float> density(blocks.size(), 1.0f);
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (!near[i / per_block] || cells.kind[i] != CellKind::liquid || cells.open.cut(i, blocks)) continue;
-      const auto places = places_around<D>(i, blocks);
-      int weights = 0;
-      float sum = 0;
-      for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
-        const std::ptrdiff_t at = places[std::size_t(n)];
-        if (!is_liquid(at)) continue;
-        const int weight = kWeights<D>[std::size_t(n)];
-        const float packed = cells.film_at(std::size_t(at)) > 0 ? on_walls[std::size_t(at)] : 0;
-        sum += float(weight) * std::max(count[std::size_t(at)], packed);
-        weights += weight;
-      }
-      density[i] = sum / float(weights);
+  const auto is_thin = [&](std::size_t i) {
+    if (cells.open.cut(i, blocks)) return false;
+    const auto places = places_around<D>(i, blocks);
+    int weights = 0;
+    float sum = 0;
+    for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
+      const std::ptrdiff_t at = places[std::size_t(n)];
+      if (!is_liquid(at)) continue;
+      const int weight = kWeights<D>[std::size_t(n)];
+      const float packed = cells.film_at(std::size_t(at)) > 0 ? on_walls[std::size_t(at)] : 0;
+      sum += float(weight) * std::max(count[std::size_t(at)], packed);
+      weights += weight;
     }
-  });
+    return sum / float(weights) < least;
+  };
   return cells_near<D>(near, [&](std::size_t i) {
-    if (density[i] >= least) return false;
+    if (!is_liquid(std::ptrdiff_t(i)) || !is_thin(i)) return false;
     for (int a = 0; a < D; ++a)
       for (const int side : {0, 1})
-        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); is_liquid(j) && density[std::size_t(j)] >= least) return false;
-    return true;
+        if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); is_liquid(j) && !is_thin(std::size_t(j))) return false;
+    return is_near_air(i, cells.kind, blocks);
   });
 }
 

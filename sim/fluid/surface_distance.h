@@ -33,9 +33,8 @@ struct LiquidCells {
 /// in it lies on top of that liquid, and is no part of it yet. A drop or a thin sheet, of which the average finds no inside, stays liquid, as near to
 /// the surface as can be.
 ///
-/// Nor is it liquid, in a block of the surface or beside one, where particles (`count` of cell_filling) are fewer than chance explains, in a cell and
-/// in the liquid cells beside it: spray, and foam that a splash has left. An incompressible cell would keep it as thin as it is and give it the room
-/// of liquid.
+/// Nor is it liquid, three cells from air or nearer, where particles (`count` of cell_filling) are fewer than chance explains, in a cell and in the
+/// liquid cells beside it: spray, and foam that a splash has left. An incompressible cell would keep it as thin as it is and give it the room of liquid.
 template <int D, class Real>
 void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& count, double full, LiquidCells<D>& cells, const ActiveBlocks<D>&);
 
