@@ -221,6 +221,31 @@ TEST(FluidSides, ABallThatMovesBesideAWallPushesNothingThroughIt) {
   }
 }
 
+// A piston that lies in its wall pushes from its first step on, before it covers any face but the wall's own.
+TEST(FluidSides, APistonThatComesOutOfItsWallPushesAtOnce) {
+  for (const int axis : {0, 1})
+    for (const double side : {1.0, -1.0}) {
+      std::vector<double> momentum;
+      for (const double out : {0.0, 0.02}) {   // [m] of the domain that it takes up
+        Scene scene = channel(2, 0.02, 0, 1);
+        scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
+        scene.options.seeding = Seeding::regular;
+        Vec3 lower(0, 0, 0), upper(1, 1, 0), in = lower, from = upper;
+        const double front = side > 0 ? out : 1 - out;
+        lower[axis] = side > 0 ? out : 0.5, upper[axis] = side > 0 ? 0.5 : 1 - out;
+        in[axis] = side > 0 ? -0.6 : front, from[axis] = side > 0 ? front : 1.6;
+        scene.bodies[0].shape.box = base::Box{lower, upper};
+        scene.colliders = {box(in, from, 0.2 * side * Vec3::Unit(axis))};
+        const auto simulation = make_simulation(scene, 100);
+        base::Ledger ledger;
+        for (int f = 0; f < 4; ++f) simulation->advance(ledger, {});
+        momentum.push_back(side * simulation->totals().linear_momentum[axis]);
+      }
+      EXPECT_NEAR(momentum[0], momentum[1], 0.05 * momentum[1]) << "axis " << axis << ", side " << side;
+      EXPECT_GT(momentum[1], 90) << "of 100";
+    }
+}
+
 // In its wake cells come free that no particle has reached: they are no air, and the water above keeps the momentum of what the ball displaces.
 TEST(FluidSides, ABallThatSinksLeavesNoHoleBehind) {
   for (const std::int64_t seed : {0, 1, 2}) {

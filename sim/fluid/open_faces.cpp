@@ -52,9 +52,11 @@ class Cutter {
     const double open = cut(place(local), axis);
     return open < kLeastOpening ? 0 : open;
   }
-  /// What is behind a face in a wall rests, whatever collider is near.
+  /// What a wall covers rests, whatever collider is near. What a collider covers of a wall's face moves with it, as a piston's that has not come out yet.
   double pushed(int local, int axis, double fraction) const {
-    return fraction < 1 && !in_wall(local, axis) ? (1 - fraction) * solid_speed(local, axis) : 0;
+    if (near_.empty()) return 0;
+    const double open = in_wall(local, axis) ? cut(place(local), axis) : fraction;
+    return open < 1 ? (1 - open) * solid_speed(local, axis) : 0;
   }
 
  private:

@@ -24,7 +24,7 @@ class OpenFaces {
     const std::int32_t part = part_[index / kPerBlock];
     return part < 0 ? 1.0f : fractions_[std::size_t(part)][std::size_t(axis)][index % kPerBlock];
   }
-  /// What a collider that covers the rest of the face moves through it: the covered fraction times its speed along the axis [m/s].
+  /// What colliders move through the part of a face that they cover: that fraction times their speed along the axis [m/s].
   double pushed(int axis, std::size_t index) const {
     const std::int32_t part = pushed_.empty() ? kOpen : part_[index / kPerBlock];
     return part < 0 ? 0.0 : double(pushed_[std::size_t(part)][std::size_t(axis)][index % kPerBlock]);
