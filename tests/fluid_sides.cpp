@@ -246,25 +246,32 @@ TEST(FluidSides, APistonThatComesOutOfItsWallPushesAtOnce) {
     }
 }
 
+/// Water .6 m deep in two dimensions, and a collider in it.
+Scene pool_with(const Shape& shape, const Vec3& velocity, std::int64_t seed) {
+  Scene scene;
+  scene.options.dimension = 2;
+  scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
+  scene.options.cell = 0.02;
+  scene.options.seed = seed;
+  Body water;
+  water.name = "water";
+  water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.6, 0)};
+  scene.bodies = {water};
+  Collider body;
+  body.name = "body";
+  body.shape = shape;
+  body.velocity = velocity;
+  scene.colliders = {body};
+  scene.effects = {gravity(2)};
+  return scene;
+}
+
 // In its wake cells come free that no particle has reached: they are no air, and the water above keeps the momentum of what the ball displaces.
 TEST(FluidSides, ABallThatSinksLeavesNoHoleBehind) {
+  Shape ball;
+  ball.sphere = {Vec3(0.5, 0.3, 0), 0.1};
   for (const std::int64_t seed : {0, 1, 2}) {
-    Scene scene;
-    scene.options.dimension = 2;
-    scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
-    scene.options.cell = 0.02;
-    scene.options.seed = seed;
-    Body water;
-    water.name = "water";
-    water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.6, 0)};
-    scene.bodies = {water};
-    Collider ball;
-    ball.name = "ball";
-    ball.shape.sphere = {Vec3(0.5, 0.3, 0), 0.1};
-    ball.velocity = Vec3(0, -0.6, 0);
-    scene.colliders = {ball};
-    scene.effects = {gravity(2)};
-    const auto simulation = make_simulation(scene, 100);
+    const auto simulation = make_simulation(pool_with(ball, Vec3(0, -0.6, 0), seed), 100);
     base::Ledger ledger;
     const double displaced = M_PI * 0.01 * 1000 * 0.6;   // [kg m/s] of as much water, upwards
     for (int f = 2; f <= 14; ++f) {
@@ -272,6 +279,26 @@ TEST(FluidSides, ABallThatSinksLeavesNoHoleBehind) {
       EXPECT_NEAR(simulation->totals().linear_momentum.y(), displaced, 0.06 * displaced) << "seed " << seed << ", frame " << f;
     }
   }
+}
+
+// Of a box a whole row comes free in one step, or a slanting one.
+TEST(FluidSides, ABoxThatSinksLeavesNoHoleBehind) {
+  for (const double angle : {0.0, 10.0, 45.0})
+    for (const std::int64_t seed : {0, 1, 2})
+      for (const double fps : {50.0, 100.0}) {
+        Shape box;
+        box.box = base::Box{Vec3(0.427, 0.22, 0), Vec3(0.587, 0.38, 0)};
+        box.turn_by(angle, Vec3::UnitZ());
+        const auto simulation = make_simulation(pool_with(box, Vec3(0, -0.6, 0), seed), fps);
+        base::Ledger ledger;
+        std::vector<double> momentum;
+        for (int f = 2; f <= 0.14 * fps; ++f) {
+          simulation->advance(ledger, {});
+          momentum.push_back(simulation->totals().linear_momentum.y());
+        }
+        const auto [least, most] = std::ranges::minmax(momentum);
+        EXPECT_LT(most - least, 0.15 * most) << "at " << angle << " degrees, seed " << seed << ", " << fps << " frames a second";
+      }
 }
 
 // Across a periodic side as in the middle of the domain.

@@ -39,6 +39,8 @@ struct Solids {
   double time() const { return time_; }
   /// Of the fastest collider [m/s]; 0 when none moves.
   double speed() const;
+  /// [cells] that a collider moves in a step.
+  double longest_way() const { return options_.cfl; }
 
   /// Outside the domain, and not straight out of an open side.
   bool behind_wall(const Cell<D>& at) const {

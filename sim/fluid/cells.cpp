@@ -1,6 +1,8 @@
 #include "sim/fluid/cells.h"
 
+#include <algorithm>
 #include <bitset>
+#include <cmath>
 
 #include "base/parallel.h"
 
@@ -80,13 +82,80 @@ void fill_gaps_beside(const Cells& covered, const std::vector<std::uint8_t>& uns
   for (const std::size_t i : gaps) kind[i] = CellKind::liquid;
 }
 
-/// Cells that are open but whose middle is in a collider, and hold no particle.
+/// Cells without a particle that a moving collider may just have left: a cell further along its way, or as far as a step moves it, is inside it.
 template <int D>
-void settle_covered(const Cells& covered, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
-  if (covered.empty()) return;
+Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const Solids<D>& solids) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  constexpr double half = 0.5 * Lattice<D>::kBlock;
+  struct Moving {
+    const Shape* shape;
+    base::Vec3 way;   // [m]
+  };
+  std::vector<Moving> moving;
+  const double longest = std::max(1.0, solids.longest_way()) * solids.cell;
+  for (std::size_t s = 0; s < solids.shapes.size(); ++s)
+    if (const double speed = solids.velocities[s].norm(); speed > 0) moving.push_back({&solids.shapes[s], longest / speed * solids.velocities[s]});
+  if (moving.empty()) return {};
+  const auto place = [&](const Cell<D>& cell, double on) {   // on from its lower corner by `on` [cells] along each axis
+    base::Vec3 p = solids.origin;
+    for (int a = 0; a < D; ++a) p[a] += (cell[a] + on) * solids.cell;
+    return p;
+  };
+  return base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {
+    Cells found;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      const base::Vec3 centre = place(Lattice<D>::cell_in(blocks.block(slot), 0), half);
+      const double reach = half * std::sqrt(double(D)) * solids.cell + longest;
+      for (const Moving& m : moving) {
+        if (std::abs(m.shape->distance(centre)) > reach) continue;
+        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
+          if (kind[i] != CellKind::air) continue;
+          const base::Vec3 middle = place(blocks.cell_at(i), 0.5);
+          if (m.shape->distance(middle) >= 0 && (m.shape->distance(middle + m.way) < 0 || m.shape->distance(middle + 0.5 * m.way) < 0)) found.push_back(i);
+        }
+      }
+    }
+    return found;
+  }, append);
+}
+
+/// A face that trails leaves a row of empty cells at once, each of which would take the next for air. What hangs together of `freed` is liquid where
+/// liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither.
+template <int D>
+void fill_wakes(const Cells& freed, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks,
+                const OpenFaces<D>& open) {
+  if (freed.empty()) return;
+  enum : std::uint8_t { no, waits, is_of_a_group };
+  std::vector<std::uint8_t> is_freed(kind.size(), no);
+  for (const std::size_t i : freed) is_freed[i] = waits;
+  for (const std::size_t first : freed) {
+    if (is_freed[first] != waits || unsettled[first]) continue;
+    Cells group{first};
+    is_freed[first] = is_of_a_group;
+    bool wet = false, dry = false;
+    for (std::size_t n = 0; n < group.size(); ++n)
+      across_open_faces(group[n], blocks, open, [&](std::ptrdiff_t j) {
+        if (j >= 0 && unsettled[std::size_t(j)]) return;
+        if (j < 0 || !is_freed[std::size_t(j)]) {
+          const CellKind near = value_at(kind, j, CellKind::air);
+          wet = wet || near == CellKind::liquid, dry = dry || near == CellKind::air;
+        } else if (is_freed[std::size_t(j)] == waits) {
+          is_freed[std::size_t(j)] = is_of_a_group, group.push_back(std::size_t(j));
+        }
+      });
+    if (wet && !dry)
+      for (const std::size_t i : group) kind[i] = CellKind::liquid;
+  }
+}
+
+/// Cells that are open but whose middle is in a collider, and hold no particle; and those beside them.
+template <int D>
+void settle_covered(const Cells& covered, const Cells& freed, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  if (covered.empty() && freed.empty()) return;
   std::vector<CellKind> settled(covered.size(), CellKind::air);
   std::vector<std::uint8_t> is_covered(kind.size());
   for (const std::size_t i : covered) is_covered[i] = 1;
+  fill_wakes(freed, is_covered, kind, blocks, open);
   fill_gaps_beside(covered, is_covered, kind, blocks, open);
   base::parallel_chunks(covered.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
@@ -139,7 +208,7 @@ std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlock
     }
   });
   std::erase_if(covered, [&](std::size_t i) { return kind[i] != CellKind::air; });
-  settle_covered(covered, kind, blocks, open);
+  settle_covered(covered, just_freed(kind, blocks, solids), kind, blocks, open);
   fill_gaps(kind, blocks, open);
   return kind;
 }
