@@ -156,14 +156,6 @@ void check_schemes(const Scene& scene, base::Params& p) {
             "needs transfer = \"polypic\" with modes that bend within a cell: no others are limited");
 }
 
-/// Contact of solids is at the nodes of the grid.
-void check_collider(const Collider& collider, const Options& o, const std::string& key, base::Params& p) {
-  if (!collider.shape.box && !collider.shape.sphere) return;
-  const bool is_plain = collider.contact == Contact::separating && collider.friction == 0;
-  p.require(is_plain || thickness(collider, o) >= o.cell * (1 - 1e-6), key + (collider.contact == Contact::separating ? ".friction" : ".contact"),
-            "needs a collider as thick as sim.cell: a thinner one may have no node of the grid");
-}
-
 }  // namespace
 
 Options with_scheme_of(const Body& body, Options o) {
@@ -250,6 +242,21 @@ double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
   if (normal)
     for (int a = 0; a < 3; ++a) (*normal)[a] = (below[a] > over[a] ? -1.0 : 1.0) * gap[a] / d;
   return d;
+}
+
+std::array<std::array<Shape::Face, 2>, 3> Shape::faces(const base::Vec3& at) const {
+  const base::Vec3 middle = 0.5 * (box->lower + box->upper), straight = turn ? base::Vec3(middle + turn->conjugate() * (at - middle)) : at;
+  std::array<std::array<Face, 2>, 3> faces;
+  for (int a = 0; a < 3; ++a) {
+    const bool ends = box->lower[a] < box->upper[a];
+    const base::Vec3 outward = turn ? base::Vec3(*turn * base::Vec3::Unit(a)) : base::Vec3::Unit(a);
+    for (const int side : {0, 1}) {
+      Face& face = faces[std::size_t(a)][std::size_t(side)];
+      face.depth = !ends ? std::numeric_limits<double>::infinity() : side ? box->upper[a] - straight[a] : straight[a] - box->lower[a];
+      face.normal = side ? outward : base::Vec3(-outward);
+    }
+  }
+  return faces;
 }
 
 std::array<base::Vec3, 8> Shape::corners() const {
@@ -354,7 +361,7 @@ void Options::params(base::Params& p) {
   p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step; of solids 1.9 at most", base::within(0.05, is_solid() ? 1.9 : 4));
   if (p.when(is_solid()))
     p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
-      base::within(0.01, 0.5));
+      base::within(0.01, 0.45));
   p("seed", seed, "1", "seed of the particles' jitter", base::at_least(0));
   p.choice("seeding", seeding, kSeedingNames, "where particles start within a cell");
   p("flip_time", flip_time, "s", "time constant of the decay to PIC, with transfer = \"flip\"", base::above(0),
@@ -427,6 +434,8 @@ std::vector<Shape> with_images(const Shape& shape, const Options& o, double marg
   std::vector<Shape> images{shape};
   for (int a = 0; a < o.dimension; ++a) {
     if (!o.periodic(a)) continue;
+    const base::Box all = shape.bounds();   // a box that goes on beyond both sides has no end that an image could show
+    if (shape.box && !shape.turn && all.lower[a] < o.domain.lower[a] - margin && all.upper[a] > o.domain.upper[a] + margin) continue;
     const base::Vec3 across = base::Vec3::Unit(a) * o.domain.size()[a];
     for (std::size_t i = 0, n = images.size(); i < n; ++i) {
       const base::Box bounds = images[i].bounds();
@@ -435,6 +444,15 @@ std::vector<Shape> with_images(const Shape& shape, const Options& o, double marg
     }
   }
   return images;
+}
+
+std::optional<std::size_t> find_unmet_collider(const Scene& scene) {
+  for (std::size_t c = 0; c < scene.colliders.size() && scene.options.is_solid(); ++c) {
+    const Collider& collider = scene.colliders[c];
+    const bool is_plain = collider.contact == Contact::separating && collider.friction == 0;
+    if ((collider.shape.box || collider.shape.sphere) && !is_plain && !is_met_by_nodes(collider, scene.options)) return c;
+  }
+  return {};
 }
 
 void Scene::params(base::Params& p) {
@@ -459,8 +477,9 @@ void Scene::params(base::Params& p) {
   p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
   for (std::size_t i = 0; i < bodies.size() && options.is_solid(); ++i) check_body(bodies[i], options, "body." + std::to_string(i + 1), p);
   if (options.is_solid()) check_schemes(*this, p);
-  for (std::size_t i = 0; i < colliders.size() && options.is_solid(); ++i)
-    check_collider(colliders[i], options, "collider." + std::to_string(i + 1), p);
+  if (const auto unmet = find_unmet_collider(*this))
+    p.require(false, "collider." + std::to_string(*unmet + 1) + (colliders[*unmet].contact == Contact::separating ? ".friction" : ".contact"),
+              "needs a collider as thick as sim.cell, with a node of the grid in it: contact of solids is there");
   for (const Body& one : bodies)
     p.require(options.is_solid() || one.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
 }

@@ -63,6 +63,12 @@ struct Shape {
   void turn_by(double angle, const base::Vec3& axis);
   /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh the sign alone, and no normal.
   double distance(const base::Vec3& at, base::Vec3* normal = nullptr) const;
+  struct Face {
+    double depth = 0;                        // [m] of a place under it; below 0 outside
+    base::Vec3 normal = base::Vec3::Zero();  // outward
+  };
+  /// Of a box: those across each of its axes, the lower one first. Of what has no end along an axis none is within reach.
+  std::array<std::array<Face, 2>, 3> faces(const base::Vec3& at) const;
   base::Box bounds() const;
   /// Of a box [m]: corner i is the upper one along x, y and z where bits 0, 1 and 2 of i are set.
   std::array<base::Vec3, 8> corners() const;
@@ -157,5 +163,8 @@ struct Scene {
   /// Visits [sim], [[body]], [[collider]] and [[effect]], and checks what holds between them.
   void params(base::Params&);
 };
+
+/// The place of the first collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
+std::optional<std::size_t> find_unmet_collider(const Scene&);
 
 }  // namespace sim

@@ -75,8 +75,17 @@ TEST_F(CostProgram, TriesNoCellsInWhichABodyHasNoParticle) {
   write("drop.toml", shot + "0.003 } }\n");
   const Outcome none = cost("cost drop.toml --dry-run");
   EXPECT_EQ(none.exit, 2);
-  const std::string why = "no coarser cell holds every body; not in cells of 0.05 m, in which body drop has no particle";
+  const std::string why = "no coarser cell does for every body and collider; not in cells of 0.05 m, in which body drop has no particle";
   EXPECT_NE(none.err.find(why), std::string::npos) << none.err;
+}
+
+TEST_F(CostProgram, TriesNoCellsInWhichAColliderHasNoContact) {
+  write("plate.toml", "[shot]\nframes = 2\n[sim]\nsolver = \"solid\"\ndimension = 2\ncell = 0.0125\n[[body]]\nname = \"a\"\nmaterial = \"jelly\"\n"
+                      "shape = { box = [[0.3, 0.3], [0.6, 0.6]] }\n[[collider]]\nname = \"plate\"\nfriction = 0.4\nshape = { box = [[0.1, 0.1], [0.9, 0.13]] }\n");
+  const Outcome plan = cost("cost plate.toml --dry-run --vary sim.transfer=pic,apic");
+  EXPECT_EQ(plan.exit, 0) << plan.err;
+  EXPECT_EQ(plan.out.find("cannot run"), std::string::npos) << plan.out;
+  EXPECT_NE(plan.out.find("; not in cells of 0.05 m, in which collider plate is too thin"), std::string::npos) << plan.out;
 }
 
 TEST_F(CostProgram, MarksWhatCannotRunGoesOnAndSaysNo) {

@@ -213,6 +213,12 @@ TEST_F(BadShot, IsToldWhatWouldHaveNoEffect) {
   EXPECT_EQ(line(plate), "no error");
   says(plate + "contact = \"sticky\"\n", {}, "collider.p.contact = \"sticky\": needs a collider as thick as sim.cell");
   says(plate + "friction = 0.3\n", {}, "collider.p.friction = 0.3: needs a collider as thick as sim.cell");
+  const std::string small = "[[collider]]\nname = \"p\"\ncontact = \"sticky\"\nshape = ";   // as wide as a cell, and between its nodes
+  says(solid + small + "{ sphere = { center = [0.125, 0.125], radius = 0.03 } }\n", {}, "collider.p.contact = \"sticky\": needs a collider as thick as sim.cell");
+  says(solid + small + "{ box = [[0.1, 0.1], [0.15, 0.15]], angle = 45 }\n", {}, "collider.p.contact = \"sticky\": needs a collider as thick as sim.cell");
+  EXPECT_EQ(line(solid + small + "{ sphere = { center = [0.125, 0.125], radius = 0.036 } }\n"), "no error");
+  EXPECT_EQ(line(solid + small + "{ box = [[0.1, 0.1], [0.15, 0.15]] }\n"), "no error");
+  says(solid, {"body.a.material={preset=\"jelly\",model=\"fixed_corotated\",poisson=-0.2}"}, "body.a.material.poisson = -0.2: must be at least 0 with model \"fixed_corotated\"");
 }
 
 TEST_F(BadShot, HasVoxelsThatNoFileHolds) {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "tests/solid_scenes.h"
@@ -28,6 +30,25 @@ Scene lone_particle(double edge, double cell) {
   scene.options.particles_per_cell = 1;
   scene.options.seeding = Seeding::regular;
   return scene;
+}
+
+Collider box_collider(const base::Vec3& lower, const base::Vec3& upper) {
+  Collider c;
+  c.shape.box = base::Box{lower, upper};
+  return c;
+}
+
+/// [m/s] along x of a block of jelly, after half a second without friction on these colliders, on which it lies and on which it starts at 1 m/s.
+double speed_on(const std::vector<Collider>& colliders, bool is_periodic, double start = 1) {
+  Scene scene = walled_scene(2, 1, 0.02);
+  if (is_periodic) scene.options.boundary[0] = {Side::periodic, Side::periodic};
+  scene.options.seeding = Seeding::regular;
+  scene.bodies = {block({0.4, 0.1, 0}, {0.6, 0.2, 0}, kJelly)};
+  scene.bodies[0].velocity = {start, 0, 0};
+  scene.colliders = colliders;
+  scene.effects = {{"gravity", {0, -9.81, 0}}};
+  const Totals t = run(*make_simulation(scene, 50), is_periodic ? 25 : 10).back();
+  return t.linear_momentum.x() / t.mass;
 }
 
 }  // namespace
@@ -275,6 +296,73 @@ TEST(SolidStep, AFaceInAPlaneOfNodesIsMetWhereverItIs) {
   }
   EXPECT_LT(back[0], 0);
   for (const double b : back) EXPECT_NEAR(b, back[0], 0.02 * std::abs(back[0]));   // it was half as much again where rounding said so
+}
+
+// Where two boxes meet there is no wall between them, on nodes or off, nor where one box goes on across a periodic side.
+TEST(SolidStep, SlidesOverTheSeamOfTwoBoxesAsOverOne) {
+  const auto floor = [](double from, double to) { return box_collider({from, 0, 0}, {to, 0.1, 0}); };
+  EXPECT_NEAR(speed_on({floor(0, 1)}, false), 1, 1e-9);
+  for (const double seam : {0.66, 0.67})
+    EXPECT_NEAR(speed_on({floor(0, seam), floor(seam, 1)}, false), 1, 1e-9) << seam;
+  for (const double start : {1.0, -1.0})
+    EXPECT_NEAR(speed_on({floor(0, 1)}, true, start), start, 1e-9);
+}
+
+// What slides along a face that ends in a plane of nodes goes on beyond its edge.
+TEST(SolidStep, SlidesOffTheEdgeOfATable) {
+  for (const int axis : {0, 1}) {
+    Scene scene = walled_scene(2, 1, 0.02);
+    scene.options.seeding = Seeding::regular;
+    const auto swapped = [&](double x, double y) { return axis == 0 ? base::Vec3(x, y, 0) : base::Vec3(y, x, 0); };
+    scene.bodies = {block(swapped(0.4, 0.1), swapped(0.6, 0.2), kJelly)};
+    scene.bodies[0].velocity = swapped(-0.5, 0);
+    scene.colliders = {box_collider(swapped(0, 0), swapped(0.5, 0.1))};
+    const Totals t = run(*make_simulation(scene, 25), 10).back();
+    EXPECT_NEAR(t.linear_momentum[axis] / t.mass, -0.5, 0.02) << "along axis " << axis;
+  }
+}
+
+TEST(SolidStep, AFaceInAPeriodicSideIsMetFromEitherSide) {
+  std::vector<double> left;
+  for (const double to : {1.0, -1.0}) {
+    Scene scene = walled_scene(2, 1, 0.05);
+    scene.options.boundary[0] = {Side::periodic, Side::periodic};
+    scene.options.seeding = Seeding::regular;
+    const auto across = [&](double from, double until, double low, double high) {   // mirrored where the block moves to the left
+      return to > 0 ? std::pair(base::Vec3(from, low, 0), base::Vec3(until, high, 0)) : std::pair(base::Vec3(1 - until, low, 0), base::Vec3(1 - from, high, 0));
+    };
+    const auto [lower, upper] = across(0.6, 0.8, 0.4, 0.6);
+    scene.bodies = {block(lower, upper, kJelly)};
+    scene.bodies[0].velocity = {2 * to, 0, 0};
+    const auto [first, last] = across(0, 0.3, 0, 1);
+    scene.colliders = {box_collider(first, last)};
+    left.push_back(energy(run(*make_simulation(scene, 50), 15).back()));
+  }
+  EXPECT_NEAR(left[0], left[1], 1e-9 * left[0]);
+}
+
+// A groove has no side that is asked first.
+TEST(SolidStep, StaysInTheMiddleOfAGroove) {
+  for (const double friction : {0.0, 0.3})
+    for (const bool is_swapped : {false, true}) {
+      Scene scene = walled_scene(2, 2, 0.05);
+      scene.options.seeding = Seeding::regular;
+      for (const double sign : {1.0, -1.0}) {
+        const double angle = sign * M_PI / 6;
+        const base::Vec3 along(std::cos(angle), std::sin(angle), 0), outward(-std::sin(angle), std::cos(angle), 0);
+        const base::Vec3 middle = base::Vec3(1, 0.5, 0) + sign * 0.6 * along - 0.3 * outward;
+        Collider side = box_collider(middle - base::Vec3(0.8, 0.3, 0), middle + base::Vec3(0.8, 0.3, 0));
+        side.shape.turn_by(sign * 30, base::Vec3::UnitZ());
+        side.friction = friction;
+        scene.colliders.push_back(side);
+      }
+      if (is_swapped) std::swap(scene.colliders[0], scene.colliders[1]);
+      scene.bodies = {block({0.9, 0.52, 0}, {1.1, 0.72, 0}, kJelly)};
+      scene.effects = {{"gravity", {0, -9.81, 0}}};
+      const auto simulation = make_simulation(scene, 50);
+      run(*simulation, 50);
+      EXPECT_NEAR(mean_position(simulation->frame()).x(), 1, 1e-3 * 0.05) << "friction " << friction << (is_swapped ? ", the left one first" : "");
+    }
 }
 
 // A post that stands on the floor is met as one that goes on below it.

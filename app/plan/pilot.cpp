@@ -121,11 +121,15 @@ double cell_with(const Shot& shot, double particles) {
   return periodic ? o.cell : o.cell * std::pow(there / particles, 1.0 / double(o.dimension));
 }
 
-/// The same, or one so much finer that every body keeps a particle: a shot in which one has none is refused.
+/// The same, or one so much finer that every body keeps a particle and every collider a node: a shot in which one has none is refused.
 double coarser_cell(const Shot& shot, double particles) {
   const double finest = shot.scene.options.cell;
   double cell = cell_with(shot, particles);
-  for (double more = 2 * particles; cell > finest && sim::find_empty_body(with_cell(shot, cell)); more *= 2) cell = cell_with(shot, more);
+  const auto is_refused = [&] {
+    const sim::Scene scene = with_cell(shot, cell);
+    return sim::find_empty_body(scene).has_value() || sim::find_unmet_collider(scene).has_value();
+  };
+  for (double more = 2 * particles; cell > finest && is_refused(); more *= 2) cell = cell_with(shot, more);
   return cell;
 }
 

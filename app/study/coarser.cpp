@@ -34,14 +34,14 @@ std::vector<std::string> coarser(const Shot& shot, double share) {
   return sets;
 }
 
-/// The body that would get no particle in cells of this size [m]; empty where none is lost.
-std::string lost_body(const Shot& shot, double cell) {
+/// What cells of this size [m] would lose, "body A has no particle"; empty where nothing is lost.
+std::string lost(const Shot& shot, double cell) {
   sim::Scene scene = shot.scene;
   scene.options.cell = cell;
-  const auto empty = sim::find_empty_body(scene);
-  if (!empty) return {};
-  const std::string& name = scene.bodies[empty->body].name;
-  return name.empty() ? std::to_string(empty->body + 1) : name;
+  const auto called = [](const std::string& name, std::size_t place) { return name.empty() ? std::to_string(place + 1) : name; };
+  if (const auto empty = sim::find_empty_body(scene)) return fmt::format("body {} has no particle", called(scene.bodies[empty->body].name, empty->body));
+  if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", called(scene.colliders[*unmet].name, *unmet));
+  return {};
 }
 
 }  // namespace
@@ -53,8 +53,8 @@ Coarser coarser_cells(const Shot& shot) {
     std::vector<std::string> sets = coarser(shot, share);
     if (sets.empty() || std::find(found.sets.begin(), found.sets.end(), sets) != found.sets.end()) continue;
     const double cell = std::stod(sets.front().substr(sets.front().find('=') + 1));
-    if (const std::string body = lost_body(shot, cell); !body.empty()) {
-      losing += fmt::format("; not in cells of {:.3g} m, in which body {} has no particle", cell, body);
+    if (const std::string what = lost(shot, cell); !what.empty()) {
+      losing += fmt::format("; not in cells of {:.3g} m, in which {}", cell, what);
       continue;
     }
     cells += (cells.empty() ? "" : " and ") + fmt::format("{:.3g}", cell);
@@ -63,7 +63,7 @@ Coarser coarser_cells(const Shot& shot) {
   if (found.sets.empty())
     throw error_about(shot, {.key = "sim.cell",
                              .hint = "--vary sim.cell=... says which to try",
-                             .message = losing.empty() ? "no coarser cell parts the domain" : "no coarser cell holds every body" + losing});
+                             .message = losing.empty() ? "no coarser cell parts the domain" : "no coarser cell does for every body and collider" + losing});
   found.told = "cells of " + cells + " m: of those that fill the domain in whole numbers the nearest to four times and twice the shot's" + losing;
   return found;
 }

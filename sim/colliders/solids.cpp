@@ -1,7 +1,9 @@
 #include "sim/colliders/solids.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "sim/drawn_shape.h"
@@ -40,7 +42,22 @@ Shape continued_through_walls(Shape shape, const Options& o) {
   return shape;
 }
 
-double thickness(const Collider& collider, const Options& o) { return thickness(continued_through_walls(collider.shape, o), o.dimension); }
+bool is_met_by_nodes(const Collider& collider, const Options& o) {
+  const Shape shape = continued_through_walls(collider.shape, o);
+  if (thickness(shape, o.dimension) < o.cell * (1 - 1e-6)) return false;
+  if (shape.box && !shape.turn) return true;
+  const base::Box bounds = shape.bounds();
+  std::array<std::int64_t, 3> first{}, last{};
+  for (int a = 0; a < o.dimension; ++a) {
+    first[std::size_t(a)] = std::int64_t(std::ceil((bounds.lower[a] - o.domain.lower[a]) / o.cell));
+    last[std::size_t(a)] = std::int64_t(std::floor((bounds.upper[a] - o.domain.lower[a]) / o.cell));
+  }
+  for (std::int64_t x = first[0]; x <= last[0]; ++x)
+    for (std::int64_t y = first[1]; y <= last[1]; ++y)
+      for (std::int64_t z = first[2]; z <= last[2]; ++z)
+        if (shape.distance(o.domain.lower + o.cell * base::Vec3(double(x), double(y), double(z))) <= 0) return true;
+  return false;
+}
 
 Shape drawn_shape_at(double time, const Collider& collider, const Options& o) {
   Shape drawn = shape_at(time, collider, o);

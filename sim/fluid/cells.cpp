@@ -119,8 +119,8 @@ Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& block
   }, append);
 }
 
-/// A face that trails leaves a row of empty cells at once, each of which would take the next for air. What hangs together of `freed` is liquid where
-/// liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither.
+/// A face that trails leaves a row of empty cells at once, each of which would take the next for air. What hangs together of `freed`, and single gaps
+/// beside it, is liquid where liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither.
 template <int D>
 void fill_wakes(const Cells& freed, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks,
                 const OpenFaces<D>& open) {
@@ -128,6 +128,12 @@ void fill_wakes(const Cells& freed, const std::vector<std::uint8_t>& unsettled, 
   enum : std::uint8_t { no, waits, is_of_a_group };
   std::vector<std::uint8_t> is_freed(kind.size(), no);
   for (const std::size_t i : freed) is_freed[i] = waits;
+  const auto is_air = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air) == CellKind::air && (j < 0 || !unsettled[std::size_t(j)]); };
+  const auto is_single = [&](std::ptrdiff_t j) {   // no air beside it but what came free
+    bool other = j < 0;
+    if (j >= 0) across_open_faces(std::size_t(j), blocks, open, [&](std::ptrdiff_t k) { other = other || (is_air(k) && (k < 0 || !is_freed[std::size_t(k)])); });
+    return !other;
+  };
   for (const std::size_t first : freed) {
     if (is_freed[first] != waits || unsettled[first]) continue;
     Cells group{first};
@@ -135,13 +141,10 @@ void fill_wakes(const Cells& freed, const std::vector<std::uint8_t>& unsettled, 
     bool wet = false, dry = false;
     for (std::size_t n = 0; n < group.size(); ++n)
       across_open_faces(group[n], blocks, open, [&](std::ptrdiff_t j) {
-        if (j >= 0 && unsettled[std::size_t(j)]) return;
-        if (j < 0 || !is_freed[std::size_t(j)]) {
-          const CellKind near = value_at(kind, j, CellKind::air);
-          wet = wet || near == CellKind::liquid, dry = dry || near == CellKind::air;
-        } else if (is_freed[std::size_t(j)] == waits) {
-          is_freed[std::size_t(j)] = is_of_a_group, group.push_back(std::size_t(j));
-        }
+        wet = wet || (j >= 0 && kind[std::size_t(j)] == CellKind::liquid);
+        if (!is_air(j) || (j >= 0 && is_freed[std::size_t(j)] == is_of_a_group)) return;
+        if (j >= 0 && (is_freed[std::size_t(j)] || is_single(j))) is_freed[std::size_t(j)] = is_of_a_group, group.push_back(std::size_t(j));
+        else dry = true;
       });
     if (wet && !dry)
       for (const std::size_t i : group) kind[i] = CellKind::liquid;

@@ -127,11 +127,11 @@ class Liquid final : public Simulation {
       way = finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
-    double fall = 0;   // [J] work of gravity along axes that have no floor
-    for (int a = 0; a < D; ++a)
-      if (options_.periodic(a)) fall += dt * gravity_[a] * particles_.mass * (motion.momentum[a] + 0.5 * dt * gravity_[a] * double(particles_.size()));
-    gravity_work_ += fall;
-    if (!solids_.shapes.empty()) watch_.add_work(fall);   // of energy() it is part then
+    if (const base::Vec3 along = along_periodic_axes(gravity_); !along.isZero(0)) {   // there is no floor, unless a collider makes one
+      const double fall = 0.5 * dt * particles_.mass * along.dot(motion.momentum + motion_of_particles(ledger).momentum);   // [J]
+      gravity_work_ += fall;
+      if (!solids_.shapes.empty()) watch_.add_work(fall);   // of energy() it is part then
+    }
     largest_cfl_ = std::max(largest_cfl_, way);
     steps_by_motion_ += dt < left;
     ++substeps_;
@@ -142,6 +142,12 @@ class Liquid final : public Simulation {
       splitting_fallbacks_ += !reflects;
     }
     return dt >= left ? left : dt;
+  }
+
+  base::Vec3 along_periodic_axes(base::Vec3 v) const {
+    for (int a = 0; a < 3; ++a)
+      if (a >= D || !options_.periodic(a)) v[a] = 0;
+    return v;
   }
 
   /// The last projection's field to the particles, of which the fastest has `speed` [m/s], and their motion, which ends at `end` [s]. Returns the

@@ -1,12 +1,49 @@
 #include "sim/solid/contact.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace sim {
 namespace {
 
 /// [cells] Nearer than that to a collider is on it, whatever rounding says of a face in a plane of nodes.
 constexpr double kOnFace = 1e-6;
+
+/// One of the contacts of a node, and what it has done to its velocity [m/s] so far.
+template <int D, class Real>
+struct Met {
+  Rubbing solid;
+  Vec<D, Real> normal;
+  Real pushed = 0;                                 // along the normal
+  Vec<D, Real> rubbed = Vec<D, Real>::Zero();      // across it, at most friction times that
+};
+
+/// The velocity that all contacts of a node together leave it with: each in turn, what it did before taken back where it was too much, until
+/// nothing changes (projected Gauss-Seidel). The last has the last word: a wall's side, through which nothing may go.
+template <int D, class Real>
+Vec<D, Real> after_contacts(std::vector<Met<D, Real>>& met, Vec<D, Real> velocity) {
+  constexpr int kSweeps = 60;
+  if (std::any_of(met.begin(), met.end(), [](const auto& m) { return m.solid.contact == Contact::sticky; })) return Vec<D, Real>::Zero();
+  const Real still = velocity.norm() * 4 * std::numeric_limits<Real>::epsilon();
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const Vec<D, Real> before = velocity;
+    for (Met<D, Real>& m : met) {
+      const Real pushed = m.solid.contact == Contact::slip ? m.pushed - velocity.dot(m.normal) : std::max(Real(0), m.pushed - velocity.dot(m.normal));
+      velocity += (pushed - m.pushed) * m.normal;
+      m.pushed = pushed;
+      if (m.solid.contact == Contact::slip || m.solid.friction == 0) continue;
+      const Vec<D, Real> along = velocity - velocity.dot(m.normal) * m.normal;
+      Vec<D, Real> rubbed = m.rubbed - along;
+      if (const Real most = Real(m.solid.friction) * m.pushed, size = rubbed.norm(); size > most) rubbed *= most / size;
+      velocity += rubbed - m.rubbed;
+      m.rubbed = rubbed;
+    }
+    if ((velocity - before).norm() <= still) break;
+  }
+  return velocity;
+}
 
 }  // namespace
 
@@ -23,36 +60,68 @@ NodeContacts<D>::NodeContacts(const Scene& scene) : cell_(scene.options.cell), o
     sides_.push_back({a, cells, true, {contact_of(o.boundary[std::size_t(a)][1]), o.wall_friction}});
   }
   for (const Collider& collider : scene.colliders)
-    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o)) bodies_.push_back({shape, {collider.contact, collider.friction}});
+    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o, 2 * kOnFace * o.cell))
+      bodies_.push_back({shape, {collider.contact, collider.friction}});
+}
+
+template <int D>
+base::Vec3 NodeContacts<D>::normal(const std::vector<const Body*>& near, std::size_t k, const base::Vec3& at, const base::Vec3& velocity) const {
+  const double on = kOnFace * cell_;
+  const Shape& shape = near[k]->shape;
+  base::Vec3 nearest;
+  shape.distance(at, &nearest);
+  if (!shape.box) return nearest;
+  const auto leads_into_another = [&](const Shape::Face& face) {
+    const base::Vec3 beyond = at + (face.depth + 2 * on) * face.normal;
+    for (std::size_t other = 0; other < near.size(); ++other)
+      if (other != k && near[other]->shape.distance(beyond) < -on) return true;
+    return false;
+  };
+  std::array<Shape::Face, 3> ways_out;   // one an axis
+  std::size_t count = 0;
+  for (const auto& [lower, upper] : shape.faces(at)) {
+    if (std::isinf(lower.depth)) continue;
+    const bool by_lower = !leads_into_another(lower), by_upper = !leads_into_another(upper);
+    if (by_lower && (!by_upper || lower.depth < upper.depth)) ways_out[count++] = lower;
+    else if (by_upper) ways_out[count++] = upper;
+  }
+  double depth = std::numeric_limits<double>::infinity(), least = depth;
+  for (std::size_t n = 0; n < count; ++n) depth = std::min(depth, ways_out[n].depth);
+  for (std::size_t n = 0; n < count; ++n) {
+    if (ways_out[n].depth > depth + on) continue;
+    const double outwards = velocity.dot(ways_out[n].normal), inwards = near[k]->rubbing.contact == Contact::slip ? std::abs(outwards) : -outwards;
+    if (inwards < least) least = inwards, nearest = ways_out[n].normal;
+  }
+  return nearest;
 }
 
 template <int D>
 template <class Real>
 void NodeContacts<D>::apply(const Cell<D>& block, Vec<D, Real>* velocity) const {
   constexpr int edge = Lattice<D>::kBlock, count = Lattice<D>::kCellsPerBlock;
-  // Colliders first: what lies on a wall too may then not be pushed through it.
   const double reach = cell_ * edge * std::sqrt(double(D)) / 2;   // from the middle of the nodes to the farthest
   base::Vec3 middle = origin_;
   for (int a = 0; a < D; ++a) middle[a] += cell_ * (block[a] * edge + (edge - 1) / 2.0);
-  for (const Body& body : bodies_) {
-    if (body.shape.distance(middle) > reach) continue;
-    for (int i = 0; i < count; ++i) {
-      const Cell<D> node = Lattice<D>::cell_in(block, i);
-      base::Vec3 at = origin_, normal;
-      for (int a = 0; a < D; ++a) at[a] += cell_ * node[a];
-      if (body.shape.distance(at, &normal) >= kOnFace * cell_) continue;
-      const Vec<D, Real> outward = normal.head<D>().template cast<Real>();
-      velocity[i] = after_contact<D, Real>(body.rubbing, outward, velocity[i]);
-    }
-  }
-  for (const Side& side : sides_) {
-    const int first = block[side.axis] * edge;
-    if (side.upper ? first + edge - 1 < side.node : first > side.node) continue;
-    const Vec<D, Real> outward = Vec<D, Real>::Unit(side.axis) * Real(side.upper ? -1 : 1);
-    for (int i = 0; i < count; ++i) {
-      const int at = Lattice<D>::cell_in(block, i)[side.axis];
-      if (side.upper ? at >= side.node : at <= side.node) velocity[i] = after_contact<D, Real>(side.rubbing, outward, velocity[i]);
-    }
+  std::vector<const Body*> near;
+  for (const Body& body : bodies_)
+    if (body.shape.distance(middle) <= reach) near.push_back(&body);
+  std::vector<const Side*> sides;
+  for (const Side& side : sides_)
+    if (side.has(block[side.axis] * edge + (side.upper ? edge - 1 : 0))) sides.push_back(&side);
+  if (near.empty() && sides.empty()) return;
+  std::vector<Met<D, Real>> met;
+  for (int i = 0; i < count; ++i) {
+    const Cell<D> node = Lattice<D>::cell_in(block, i);
+    base::Vec3 at = origin_, moves = base::Vec3::Zero();
+    for (int a = 0; a < D; ++a) at[a] += cell_ * node[a], moves[a] = double(velocity[i][a]);
+    met.clear();
+    for (std::size_t k = 0; k < near.size(); ++k)
+      if (near[k]->shape.distance(at) < kOnFace * cell_)
+        met.push_back({near[k]->rubbing, normal(near, k, at, moves).template head<D>().template cast<Real>()});
+    for (const Side* side : sides)
+      if (side->has(node[side->axis])) met.push_back({side->rubbing, Vec<D, Real>::Unit(side->axis) * Real(side->upper ? -1 : 1)});
+    if (met.size() == 1) velocity[i] = after_contact<D, Real>(met[0].solid, met[0].normal, velocity[i]);
+    else if (met.size() > 1) velocity[i] = after_contacts<D, Real>(met, velocity[i]);
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // What walls and colliders do to the velocity of grid nodes. All stand still.
+#include <vector>
+
 #include "sim/colliders/solids.h"
 #include "sim/scene.h"
 
@@ -25,7 +27,7 @@ Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, con
 }
 
 /// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it
-/// lies on it or in it.
+/// lies on it or in it. Of a box it meets the nearest face that does not lead into another collider; on an edge, the one that it moves into the least.
 template <int D>
 class NodeContacts {
  public:
@@ -40,11 +42,15 @@ class NodeContacts {
     int axis = 0, node = 0;        // contact at and beyond this node
     bool upper = false;
     Rubbing rubbing;
+    bool has(int at) const { return upper ? at >= node : at <= node; }
   };
   struct Body {
     Shape shape;
     Rubbing rubbing;
   };
+  /// The outward normal that a node at a place, which lies on or in near[k], meets with a velocity [m/s].
+  base::Vec3 normal(const std::vector<const Body*>& near, std::size_t k, const base::Vec3& at, const base::Vec3& velocity) const;
+
   double cell_ = 1;
   base::Vec3 origin_ = base::Vec3::Zero();
   std::vector<Side> sides_;

@@ -73,8 +73,8 @@ struct Elastic {
 /// A liquid keeps J - 1 alone, in `state`: F would shear without end.
 struct Liquid {
   Tait law;
-  /// Drops that are further apart than this have parted: J counts no further.
-  static constexpr double kMostVolume = 2;
+  /// Drops that are further apart than this have parted: J counts no further. What counted less would push before it is together again.
+  static constexpr double kMostVolume = 54.6;   // e^4, as sand's
   template <class T, int D>
   Response<T, D> respond(const Matrix<T, D>& change, Deformation<T, D>& p) const {
     const T j = volume_change(change);

@@ -28,10 +28,10 @@ struct Tait {
     const T held = clamped(j);
     return pressure_at(held) + larger(held - j, T(0)) * slope_at(held);
   }
-  /// rho0 c^2 = J^2 Psi'' [Pa]; nothing where it is not compressed, so at least K/2 is said: it may be compressed next.
+  /// rho0 c^2 = J^2 Psi'' [Pa]; nothing where it is not compressed, so at least K is said: it may be compressed next.
   template <class T>
   T stiffness_of_volume(T j) const {
-    const T held = clamped(j), volume = j + T(1);
+    const T held = clamped(j), volume = smaller(j, T(0)) + T(1);
     return larger(slope_at(held) * (volume * volume), constant<T>(bulk));
   }
 
