@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "sim/fluid/seeding.h"
@@ -299,6 +300,107 @@ TEST(FluidSides, ABoxThatSinksLeavesNoHoleBehind) {
         const auto [least, most] = std::ranges::minmax(momentum);
         EXPECT_LT(most - least, 0.15 * most) << "at " << angle << " degrees, seed " << seed << ", " << fps << " frames a second";
       }
+}
+
+// What a collider pushes where another one covers it goes nowhere: a paddle that reaches into the floor does the work of one that ends on it.
+TEST(FluidSides, WhatIsInsideAnotherColliderPushesNothing) {
+  std::vector<double> work, energy;
+  constexpr double kFloor = 0.099;   // a hundredth of a cell below a plane of faces
+  for (const double lower : {kFloor, 0.0}) {
+    Scene scene;
+    scene.options.dimension = 2;
+    scene.options.domain = {Vec3::Zero(), Vec3(2, 1, 0)};
+    scene.options.cell = 0.05;
+    Body water;
+    water.name = "water";
+    water.shape.box = base::Box{Vec3::Zero(), Vec3(2, 0.5, 0)};
+    scene.bodies = {water};
+    scene.colliders = {box(Vec3::Zero(), Vec3(2, kFloor, 0), Vec3::Zero()), box(Vec3(0.32, lower, 0), Vec3(0.47, 0.9, 0), Vec3(0.5, 0, 0))};
+    scene.effects = {gravity(2)};
+    const auto simulation = make_simulation(scene, 24);
+    base::Ledger ledger;
+    double sum = 0;
+    for (int f = 0; f < 10; ++f) simulation->advance(ledger, {}), sum += simulation->totals().collider_work;
+    work.push_back(sum), energy.push_back(simulation->totals().kinetic_energy);
+  }
+  EXPECT_NEAR(work[1], work[0], 0.02 * work[0]);
+  EXPECT_NEAR(energy[1], energy[0], 0.05 * energy[0]);
+}
+
+// Wherever between the grid's faces a thin plate stands, and however thin it is.
+TEST(FluidSides, AThinPlateHoldsWaterBack) {
+  for (const auto& [from, to] : {std::pair(0.505, 0.545), std::pair(0.51, 0.53), std::pair(0.53, 0.545), std::pair(0.48, 0.52)})
+    for (const int dimension : {2, 3}) {
+      Scene scene;
+      Options& o = scene.options;
+      o.dimension = dimension;
+      const double wide = dimension == 3 ? 0.2 : 0;
+      o.domain = {Vec3::Zero(), dimension == 3 ? Vec3(1, wide, 1) : Vec3(1, 1, 0)};
+      o.cell = 0.05;
+      o.particles_per_cell = dimension == 3 ? 8 : 4;
+      Body water;
+      water.name = "water";
+      water.shape.box = base::Box{Vec3::Zero(), dimension == 3 ? Vec3(from, wide, 0.5) : Vec3(from, 0.5, 0)};
+      scene.bodies = {water};
+      scene.colliders = {box(Vec3(from, 0, 0), dimension == 3 ? Vec3(to, wide, 1) : Vec3(to, 1, 0), Vec3::Zero())};
+      scene.effects = {gravity(dimension)};
+      const auto simulation = make_simulation(scene, 24);
+      const double start = simulation->totals().potential_energy;
+      base::Ledger ledger;
+      for (int f = 0; f < 24; ++f) simulation->advance(ledger, {});
+      EXPECT_NEAR(simulation->totals().potential_energy, start, 0.04 * start) << from << " to " << to << ", " << dimension << " dimensions";
+      for (const base::Vec3f& x : simulation->frame().position) ASSERT_LT(double(x.x()), from + 1e-6) << "of a plate from " << from << " to " << to;
+    }
+}
+
+/// [m] twice the height of the middle of what stands in a tank a metre wide, with a step in it, after half a second.
+double depth_beside(const base::Box& step, bool is_periodic) {
+  Scene scene;
+  Options& o = scene.options;
+  o.dimension = 2;
+  o.domain = {Vec3::Zero(), Vec3(1, 0.8, 0)};
+  o.cell = 0.05;
+  o.seeding = Seeding::regular;
+  if (is_periodic) o.boundary[0] = {Side::periodic, Side::periodic};
+  Body water;
+  water.name = "water";
+  water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.4, 0)};
+  scene.bodies = {water};
+  scene.colliders = {box(step.lower, step.upper, Vec3::Zero())};
+  scene.effects = {gravity(2)};
+  const auto simulation = make_simulation(scene, 24);
+  base::Ledger ledger;
+  for (int f = 0; f < 12; ++f) simulation->advance(ledger, {});
+  const Totals t = simulation->totals();
+  return 2 * t.potential_energy / (t.mass * 9.81);
+}
+
+TEST(FluidSides, ABoxThatEndsInAPeriodicSideClosesIt) {
+  for (const double from : {0.0, 0.4, 0.85}) EXPECT_NEAR(depth_beside({Vec3(from, 0, 0), Vec3(from + 0.15, 0.8, 0)}, true), 0.4, 1e-3) << from;
+}
+
+// A box typed with a few digits ends that much short of the grid's faces: it leaves no empty cells that pull.
+TEST(FluidSides, ABoxThatEndsShortOfAPlaneOfFacesIsOneThatReachesIt) {
+  const double whole = depth_beside({Vec3(0.4, 0, 0), Vec3(0.6, 0.1, 0)}, false);
+  for (const double lacks : {5e-5, 2.5e-4, 4.5e-4})
+    EXPECT_NEAR(depth_beside({Vec3(0.4 + lacks, 0, 0), Vec3(0.6 - lacks, 0.1 - lacks, 0)}, false), whole, 0.01 * whole) << lacks;
+}
+
+// A layer of air under the lid, thinner than a cell: it is not full.
+TEST(FluidSides, ATankThatIsNearlyFullRunsOver) {
+  Scene scene;
+  scene.options.dimension = 2;
+  scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
+  scene.options.cell = 0.05;
+  Body water;
+  water.name = "water";
+  water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.96, 0)};
+  scene.bodies = {water};
+  scene.effects = {{.acceleration = Vec3(-9.81, 0, 0)}};
+  const auto simulation = make_simulation(scene, 24);
+  base::Ledger ledger;
+  for (int f = 0; f < 12; ++f) simulation->advance(ledger, {});
+  EXPECT_GT(simulation->totals().max_speed, 0.1);
 }
 
 // Across a periodic side as in the middle of the domain.

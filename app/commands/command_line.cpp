@@ -15,7 +15,7 @@
 namespace app {
 namespace {
 
-constexpr std::int64_t kMostFrames = 999999;
+constexpr std::int64_t kMostFrames = 1000000;   // as shot.frames
 constexpr std::int64_t kMostThreads = 4096, kMostRepeats = 1000;
 
 [[noreturn]] void refuse(const std::string& what, const std::string& allowed, const std::string& hint = "") {
@@ -33,7 +33,7 @@ FrameRange frames_from(const std::string& text) {
   const std::size_t dash = text.find('-');
   const auto first = count_in(text.substr(0, dash), kMostFrames);
   const auto last = dash == std::string::npos ? first : count_in(text.substr(dash + 1), kMostFrames);
-  if (!first || !last) refuse("--frames " + text, "must be A or A-B, counted from 1");
+  if (!first || !last) refuse("--frames " + text, fmt::format("must be A or A-B, from 1 to {}", kMostFrames));
   if (*last < *first) refuse("--frames " + text, "ends before it begins", fmt::format("did you mean {}-{}?", *last, *first));
   return {*first, *last};
 }

@@ -168,7 +168,10 @@ void Reader::require(bool holds, std::string_view key, const std::string& messag
 
 void Reader::throw_if_wrong() const {
   const auto order = [](const Wrong& a, const Wrong& b) {
-    const auto rank = [](const Wrong& w) { return std::make_tuple(w.is_law, w.complaint.line == 0, w.complaint.line, w.complaint.column); };
+    const auto rank = [](const Wrong& w) {   // the command line's own comes before what follows from it in the file
+      const bool is_said = w.complaint.file.starts_with("--set ") || w.complaint.file.starts_with("--quality ");
+      return std::make_tuple(w.is_law, !is_said && w.complaint.line == 0, w.complaint.line, w.complaint.column);
+    };
     return rank(a) < rank(b);
   };
   const auto first = std::min_element(wrong_.begin(), wrong_.end(), order);

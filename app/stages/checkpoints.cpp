@@ -24,8 +24,9 @@ void Checkpoints::write(const sim::State& state, base::Ledger& ledger) const {
   sim::write_checkpoint(file, hash_, kVersion, state);
 }
 
-void Checkpoints::prune() const {
+void Checkpoints::prune(std::int64_t reached) const {
   std::vector<std::int64_t> frames = folder_.checkpoints();
+  std::erase_if(frames, [&](std::int64_t frame) { return frame > reached; });
   frames.resize(frames.size() - std::min(frames.size(), static_cast<std::size_t>(keep_)));
   std::error_code none;   // one too many does no harm
   for (const std::int64_t frame : frames) fs::remove(folder_.checkpoint(frame), none);

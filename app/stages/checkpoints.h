@@ -18,8 +18,8 @@ class Checkpoints {
   /// `hash`: of the keys the simulation reads. `keep`: how many stay.
   Checkpoints(const Folder&, std::string hash, std::int64_t keep, base::Progress&);
   void write(const sim::State&, base::Ledger&) const;
-  /// Removes all but the latest.
-  void prune() const;
+  /// Removes all but the latest up to a frame. Later ones, of frames that are made again, stay until it is their turn.
+  void prune(std::int64_t reached) const;
   /// Takes a simulation to the latest frame in `above` < frame < `below` that has a good checkpoint: whole, of these keys and this
   /// program, fitting the scene, with the state that the frame's record tells of. Leaves it where it is when there is none.
   void restore(sim::Watch&, std::int64_t above, std::int64_t below) const;

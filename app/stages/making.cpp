@@ -110,23 +110,38 @@ bool reads_otherwise(const Making& m) {
   return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage stage) { return !changes(m, stage).empty(); });
 }
 
-void check_upstream(const Making& m, Finished& finished) {
+namespace {
+
+/// What each stage that is to be made reads.
+std::vector<std::pair<Stage, Stage>> reads(const Making& m) {
+  std::vector<std::pair<Stage, Stage>> pairs;
   for (const Stage stage : m.order.stages) {
-    const auto above = stage_above(stage, m.dimension());
-    if (!above || m.wants(*above)) continue;
-    const std::string run = std::string(stage_name(*above));
+    if (const auto above = stage_above(stage, m.dimension())) pairs.emplace_back(stage, *above);
+    if (m.dimension() == 2) continue;
+    if (stage == Stage::render && m.shot.render.draws_grains()) pairs.emplace_back(stage, Stage::simulate);
+    if (stage == Stage::preview && m.shot.render.preview.draw == "surface") pairs.emplace_back(stage, Stage::surface);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+void check_upstream(const Making& m, Finished& finished) {
+  for (const auto& [stage, above] : reads(m)) {
+    if (m.wants(above)) continue;
+    const std::string run = std::string(stage_name(above));
     std::vector<std::int64_t> needed;
     for (const std::int64_t frame : m.frames())
       if (m.order.restart || !finished.has(stage, frame)) needed.push_back(frame);
-    finished.look(*above, needed);
+    finished.look(above, needed);
     for (const std::int64_t frame : needed) {
-      const fs::path file = m.folder.outputs(*above, frame).front();
+      const fs::path file = m.folder.outputs(above, frame).front();
       std::error_code none;
       if (!fs::exists(file, none)) base::throw_input(file.string(), "no such file; run " + run + " first");
-      if (finished.has(*above, frame)) continue;
-      const auto record = read_record(m.folder, *above, frame);
+      if (finished.has(above, frame)) continue;
+      const auto record = read_record(m.folder, above, frame);
       if (!record) base::throw_input(file.string(), "is not finished; run " + run + " first");
-      if (record->hash != m.hashes.of(*above)) throw refusal(file, "made from another shot", run + " --restart or another --out goes on");
+      if (record->hash != m.hashes.of(above)) throw refusal(file, "made from another shot", run + " --restart or another --out goes on");
       if (record->version != kVersion && damaged_files(m.folder, *record).empty()) continue;   // another program's surface can be drawn
       base::throw_input(file.string(), "is damaged or out of date; run " + run + ", which makes it again");
     }

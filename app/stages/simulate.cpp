@@ -54,7 +54,7 @@ double PointsMaker::make(std::int64_t frame) {
   write_record(folder_, shot_.scene.options.dimension,
                {.stage = Stage::simulate, .frame = frame, .hash = hash_, .seconds = watch.seconds(),
                 .cpu_seconds = watch.cpu_seconds(), .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
-  checkpoints_.prune();   // not before the record is there: a checkpoint without it is none
+  checkpoints_.prune(frame);   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }
 
@@ -81,7 +81,7 @@ std::filesystem::path PointsMaker::save() const {
   if (reached.frame == 1) return {};
   base::Ledger unused;
   if (!checkpoints_.has(reached.frame)) checkpoints_.write(reached, unused);
-  checkpoints_.prune();
+  checkpoints_.prune(reached.frame);
   return folder_.checkpoint(reached.frame);
 }
 

@@ -14,7 +14,13 @@ namespace {
 /// Particles stop this far from a wall or collider [cells]: on the wall itself they would sit on the edge of two cells.
 constexpr double kSkin = 1e-3;
 
-/// Of its thinnest part [m]; of a box that goes on along an axis without end, across the others.
+template <class Real>
+void stop_at_wall(Real& velocity, Real outward) {
+  if (velocity * outward < 0) velocity = 0;
+}
+
+}  // namespace
+
 double thickness(const Shape& shape, int dimension) {
   if (shape.sphere) return 2 * shape.sphere->radius;
   double least = std::numeric_limits<double>::infinity();
@@ -22,13 +28,6 @@ double thickness(const Shape& shape, int dimension) {
     if (const double size = shape.box->upper[a] - shape.box->lower[a]; size > 0) least = std::min(least, size);
   return least;
 }
-
-template <class Real>
-void stop_at_wall(Real& velocity, Real outward) {
-  if (velocity * outward < 0) velocity = 0;
-}
-
-}  // namespace
 
 Shape continued_through_walls(Shape shape, const Options& o) {
   if (!shape.box || shape.turn) return shape;
@@ -89,7 +88,7 @@ void Solids<D>::move_to(double time) {
   const double way = options_.cfl * cell;   // [m] that a particle crosses in a step, and a collider
   for (const Collider& collider : colliders_) {
     const Shape now = shape_at(time, collider, options_);
-    for (const Shape& shape : with_images(now, options_)) shapes.push_back(shape), velocities.push_back(collider.velocity);
+    for (const Shape& shape : with_images(now, options_, 1e-6 * cell)) shapes.push_back(shape), velocities.push_back(collider.velocity);
     // Thicker ones push back to the side that a particle came from.
     if (const double thin = thickness(now, D); thin < 1.999 * way)
       for (const Shape& shape : with_images(now, options_, 2 * way)) thin_.push_back({shape, collider.velocity, thin});

@@ -12,6 +12,8 @@ namespace sim {
 
 /// A box that stands on a wall goes on behind it: the side in the wall is no way out. So does one that spans a periodic axis.
 Shape continued_through_walls(Shape, const Options&);
+/// [m] Of its thinnest part; of a box that goes on along an axis without end, across the others.
+double thickness(const Shape&, int dimension);
 /// Whether contact at the grid's nodes finds it: it is a cell thick, as it goes on through walls, and has a node.
 bool is_met_by_nodes(const Collider&, const Options&);
 

@@ -102,6 +102,12 @@ Shift<D> shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
       Site<D, Real> site{particles.cell[p], particles.offset[p]};
       const Vec<D, Real> by = displacement_at(site);
       site.move(by);
+      if (solids.has_thin()) {
+        const Site<D, Real> there = site;
+        solids.stop_in_thin({particles.cell[p], particles.offset[p]}, 0, site);
+        Moving<D, Real> probe{site, Vec<D, Real>::Zero()};
+        if (site.cell != there.cell || site.offset != there.offset) solids.push_out(probe), site = probe.site;
+      }
       keep_inside<D, Real>(site, solids.lattice);
       for (int a = 0; a < D; ++a) done.by[a] += double(site.cell[a] - particles.cell[p][a]) + double(site.offset[a]) - double(particles.offset[p][a]);
       particles.cell[p] = solids.lattice.wrapped(site.cell);

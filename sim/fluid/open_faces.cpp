@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "base/parallel.h"
@@ -27,8 +26,9 @@ double positive_part(double a, double b, double c) {
 
 namespace {
 
-/// Distances this near to 0 [cells] are 0: a collider whose side lies in the plane of faces closes them, whatever rounding says.
-constexpr double kOnSurface = 1e-6;
+/// Distances this near to 0 [cells] are 0. A collider whose side lies in the plane of faces closes them, whatever rounding says; and where it ends so
+/// short of the plane that what it leaves open on the way there counts as closed.
+constexpr double kOnSurface = kLeastOpening;
 
 template <int D>
 class Cutter {
@@ -37,8 +37,12 @@ class Cutter {
     constexpr double half = 0.5 * Lattice<D>::kBlock;
     base::Vec3 middle = solids.origin;
     for (int a = 0; a < D; ++a) middle[a] += (first_[a] + half) * solids.cell;
-    for (const Shape& shape : solids.shapes)
-      if (shape.distance(middle) <= half * std::sqrt(double(D)) * solids.cell) near_.push_back(std::size_t(&shape - solids.shapes.data()));
+    for (std::size_t n = 0; n < solids.shapes.size(); ++n) {
+      if (solids.shapes[n].distance(middle) > (half * std::sqrt(double(D)) + 1) * solids.cell) continue;
+      const double thick = thickness(solids.shapes[n], D) / solids.cell;
+      near_.push_back({&solids.shapes[n], solids.velocities[n], thick < 1 - 1e-6 ? int(std::ceil(4 / thick)) + 1 : 0});
+      is_one_motion_ = is_one_motion_ && near_.back().velocity == near_.front().velocity;
+    }
     const Lattice<D>& lattice = solids.lattice;
     for (int a = 0; a < D; ++a)
       touches_wall_ = touches_wall_ || (!lattice.periodic[a] && ((first_[a] <= 0 && !solids.open[std::size_t(a)][0]) ||
@@ -48,18 +52,30 @@ class Cutter {
 
   double fraction(int local, int axis) const {
     if (in_wall(local, axis)) return 0;
-    if (near_.empty()) return 1;
-    const double open = cut(place(local), axis);
-    return open < kLeastOpening ? 0 : open;
+    return open_to(local, axis, nullptr);
   }
-  /// What a wall covers rests, whatever collider is near. What a collider covers of a wall's face moves with it, as a piston's that has not come out yet.
+  /// What a wall covers rests, whatever collider is near. What a collider covers of a wall's face moves with it, as a piston's that has not come out yet;
+  /// not what another one covers that moves otherwise.
   double pushed(int local, int axis, double fraction) const {
     if (near_.empty()) return 0;
-    const double open = in_wall(local, axis) ? cut(place(local), axis) : fraction;
-    return open < 1 ? (1 - open) * solid_speed(local, axis) : 0;
+    const double open = in_wall(local, axis) ? open_to(local, axis, nullptr) : fraction;
+    if (open == 1) return 0;
+    if (is_one_motion_) return (1 - open) * near_.front().velocity[axis];
+    double sum = 0;
+    for (std::size_t n = 0; n < near_.size(); ++n) {
+      const base::Vec3& velocity = near_[n].velocity;
+      const bool was_asked = std::any_of(near_.begin(), near_.begin() + std::ptrdiff_t(n), [&](const Near& other) { return other.velocity == velocity; });
+      if (velocity[axis] != 0 && !was_asked) sum += (open_to(local, axis, &velocity) - open) * velocity[axis];
+    }
+    return sum;
   }
 
  private:
+  struct Near {
+    const Shape* shape;
+    base::Vec3 velocity;   // [m/s]
+    int looks;             // along a cell's edge, that miss nothing of a collider thinner than that; 0: it is no such one
+  };
   Cell<D> place(int local) const {
     Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
     for (int a = 0; a < D; ++a) at[a] += first_[a];
@@ -73,32 +89,44 @@ class Cutter {
     }
     return false;
   }
-  /// Along the axis, of the collider that is nearest to a face's middle [m/s].
-  double solid_speed(int local, int axis) const {
-    base::Vec3 at = solids_.origin;
-    const Cell<D> lower = place(local);
-    for (int a = 0; a < D; ++a) at[a] += (lower[a] + (a == axis ? 0 : 0.5)) * solids_.cell;
-    double least = std::numeric_limits<double>::infinity(), speed = 0;
-    for (const std::size_t s : near_)
-      if (const double far = solids_.shapes[s].distance(at); far < least) least = far, speed = solids_.velocities[s][axis];
-    return speed;
+  /// The part of a face that colliders leave open, but those that move with `velocity`, where one is given.
+  double open_to(int local, int axis, const base::Vec3* velocity) const {
+    const auto counts = [&](const Near& n) { return !velocity || n.velocity != *velocity; };
+    if (std::none_of(near_.begin(), near_.end(), counts)) return 1;
+    const Cell<D> at = place(local);
+    for (const Near& n : near_)
+      if (n.looks > 0 && counts(n) && parts_middles(n, at, axis)) return 0;
+    const double open = cut(at, axis, counts);
+    return open < kLeastOpening ? 0 : open;
+  }
+  /// Whether a collider thinner than a cell, which may lie between faces and cut none, crosses the way between the middles of a face's cells.
+  bool parts_middles(const Near& n, const Cell<D>& place, int axis) const {
+    base::Vec3 from = solids_.origin;
+    for (int a = 0; a < D; ++a) from[a] += (place[a] + (a == axis ? -0.5 : 0.5)) * solids_.cell;
+    if (n.shape->distance(from) > solids_.cell) return false;
+    for (int k = 0; k <= n.looks; ++k)
+      if (n.shape->distance(from + double(k) / n.looks * solids_.cell * base::Vec3::Unit(axis)) < 0) return true;
+    return false;
   }
   /// Distance [cells] at a place's lower corner, moved by halves of a cell.
-  double distance(const Cell<D>& place, const std::array<int, D>& halves) const {
+  template <class Counts>
+  double distance(const Cell<D>& place, const std::array<int, D>& halves, const Counts& counts) const {
     base::Vec3 at = solids_.origin;
     for (int a = 0; a < D; ++a) at[a] += (place[a] + 0.5 * halves[std::size_t(a)]) * solids_.cell;
     double least = 1e9;
-    for (const std::size_t s : near_) least = std::min(least, solids_.shapes[s].distance(at) / solids_.cell);
+    for (const Near& n : near_)
+      if (counts(n)) least = std::min(least, n.shape->distance(at) / solids_.cell);
     return std::abs(least) < kOnSurface ? 0 : least;
   }
-  [[gnu::noinline]] double cut(const Cell<D>& place, int axis) const {
+  template <class Counts>
+  [[gnu::noinline]] double cut(const Cell<D>& place, int axis, const Counts& counts) const {
     std::array<int, D> middle{};
     for (int a = 0; a < D; ++a) middle[std::size_t(a)] = a != axis;
-    const double centre = distance(place, middle);
+    const double centre = distance(place, middle, counts);
     if constexpr (D == 2) {
       std::array<int, D> end{};
       end[std::size_t(1 - axis)] = 2;
-      return 0.5 * (positive_part(distance(place, {}), centre) + positive_part(centre, distance(place, end)));
+      return 0.5 * (positive_part(distance(place, {}, counts), centre) + positive_part(centre, distance(place, end, counts)));
     } else {
       const int u = (axis + 1) % 3, v = (axis + 2) % 3;
       std::array<double, 4> corner;
@@ -106,7 +134,7 @@ class Cutter {
         std::array<int, D> halves{};
         halves[std::size_t(u)] = c == 1 || c == 2 ? 2 : 0;
         halves[std::size_t(v)] = c >= 2 ? 2 : 0;
-        corner[std::size_t(c)] = distance(place, halves);
+        corner[std::size_t(c)] = distance(place, halves, counts);
       }
       double sum = 0;
       for (std::size_t c = 0; c < 4; ++c) sum += positive_part(centre, corner[c], corner[(c + 1) % 4]);
@@ -116,7 +144,8 @@ class Cutter {
 
   const Solids<D>& solids_;
   Cell<D> first_;
-  std::vector<std::size_t> near_;   // places in Solids::shapes
+  std::vector<Near> near_;
+  bool is_one_motion_ = true;       // of all that are near
   bool touches_wall_ = false;
 };
 
