@@ -1,10 +1,12 @@
 #include "surface/field/cloud.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "base/error.h"
+#include "surface/field/footprint.h"
 
 namespace surface::field {
 namespace {
@@ -113,34 +115,65 @@ std::vector<std::uint32_t> sort(const Copies& copies, Cloud& cloud) {
   return order;
 }
 
-/// One bit for each of 4^3, 2^3 or 1 parts of a block: whether a particle is in it. Full blocks have all bits.
-std::vector<bool> full_blocks(const Cloud& cloud, float spacing) {
-  const int shift = spacing <= 1.01f ? 1 : spacing <= 2.01f ? 2 : 3;   // a part is two spacings wide or more
-  const int parts = kBlock >> shift;
-  const std::uint64_t all = parts == 4 ? ~std::uint64_t(0) : (std::uint64_t(1) << (parts * parts * parts)) - 1;
-  std::vector<bool> full(cloud.block.size(), false);
-  if (spacing > 4) return full;
-  for (std::size_t b = 0; b < full.size(); ++b) {
-    std::uint64_t seen = 0;
-    for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p) {
-      const Index3 local =
-          ((cloud.position[p] - (cloud.block[b] * kBlock).cast<float>()).array().floor().cast<int>().max(0).min(kBlock - 1)).matrix();
-      seen |= std::uint64_t(1) << (((local[0] >> shift) * parts + (local[1] >> shift)) * parts + (local[2] >> shift));
-    }
-    full[b] = seen == all;
-  }
-  return full;
+/// Calls body(bin) for the blocks up to n from `block`, itself included.
+template <class Body>
+void each_beside(const Cloud& cloud, const Index3& block, int n, const Body& body) {
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; ++k) body(cloud.bins.at(block + Index3(i, j, k)));
 }
 
-/// Inside, and far enough from the surface and the walls that no pass would change it.
-bool deep(const Cloud& cloud, const std::vector<bool>& full, const Index3& block) {
-  const Vec3f low = (block * kBlock).cast<float>(), high = low.array() + kBlock - 1;
-  if ((low.array() < kFar).any() || (high.array() > cloud.size.array() - kFar).any()) return false;
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j)
-      for (int k = -1; k <= 1; ++k) {
-        const std::int32_t bin = cloud.bins.at(block + Index3(i, j, k));
-        if (bin < 0 || !full[std::size_t(bin)]) return false;
+/// Blocks that lie farther than kFar from the walls and have particles in all blocks around them.
+std::vector<bool> surrounded_blocks(const Cloud& cloud) {
+  std::vector<bool> surrounded(cloud.block.size());
+  for (std::size_t b = 0; b < surrounded.size(); ++b) {
+    const Vec3f low = (cloud.block[b] * kBlock).cast<float>(), high = low.array() + kBlock - 1;
+    bool all = (low.array() >= kFar).all() && (high.array() <= cloud.size.array() - kFar).all();
+    if (all) each_beside(cloud, cloud.block[b], 1, [&](std::int32_t bin) { all &= bin >= 0; });
+    surrounded[b] = all;
+  }
+  return surrounded;
+}
+
+/// Octants up to this far from a block must have no air for the block to be deep.
+int octants_without_air(float gap) { return static_cast<int>(std::ceil((kFar + gap) * 2 / kBlock)); }
+
+/// A bit for each octant of the blocks with particles: whether all of its voxels have a particle within `gap`. Asked only beside blocks that are `surrounded`.
+std::vector<std::uint8_t> covered_octants(const Cloud& cloud, const std::vector<bool>& surrounded, float gap) {
+  std::vector<std::uint8_t> covered(cloud.block.size(), 0);
+  base::parallel_chunks(covered.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      bool asked = false;
+      each_beside(cloud, cloud.block[b], (octants_without_air(gap) + 1) / 2, [&](std::int32_t bin) { asked |= bin >= 0 && surrounded[std::size_t(bin)]; });
+      if (!asked) continue;
+      std::array<Row, kRows> nearest;   // squared distance
+      nearest.fill(Row::Constant(1e6f));
+      const Vec3f origin = (cloud.block[b] * kBlock).cast<float>();
+      each_near(cloud, cloud.block[b], gap, [&](std::uint32_t p) {
+        each_row_within(cloud.position[p] - origin, gap, [&](std::size_t row, float xy2, const Row& z2) { nearest[row] = nearest[row].min(z2 + xy2); });
+      });
+      unsigned open = 0;
+      for (std::size_t r = 0; r < kRows; ++r) {
+        const unsigned octant = 4 * (r / kBlock >= kBlock / 2) + 2 * (r % kBlock >= kBlock / 2);
+        for (unsigned half = 0; half < 2; ++half)
+          if ((nearest[r].segment<kBlock / 2>(half * kBlock / 2) > gap * gap).any()) open |= 1u << (octant + half);
+      }
+      covered[b] = static_cast<std::uint8_t>(~open);
+    }
+  });
+  return covered;
+}
+
+/// Whether a block that is surrounded lies so far inside that no pass would change it: what is air within kFar has a voxel within kFar + gap that is further
+/// than `gap` from every particle.
+bool deep(const Cloud& cloud, const std::vector<std::uint8_t>& covered, float gap, const Index3& block) {
+  const int n = octants_without_air(gap);
+  for (int i = -n; i <= 1 + n; ++i)
+    for (int j = -n; j <= 1 + n; ++j)
+      for (int k = -n; k <= 1 + n; ++k) {
+        const Index3 octant = 2 * block + Index3(i, j, k);
+        const std::int32_t bin = cloud.bins.at(Index3(octant[0] >> 1, octant[1] >> 1, octant[2] >> 1));
+        if (bin < 0 || !(covered[std::size_t(bin)] >> (4 * (octant[0] & 1) + 2 * (octant[1] & 1) + (octant[2] & 1)) & 1)) return false;
       }
   return true;
 }
@@ -178,9 +211,12 @@ Blocks make_blocks(const Cloud& cloud, const Scale& scale) {
       for (int j = from[1]; j <= to[1]; ++j)
         for (int k = from[2]; k <= to[2]; ++k) entry[blocks.directory.slot({i, j, k})] = kWanted;
   }
-  const std::vector<bool> full = full_blocks(cloud, scale.spacing);
-  for (const Index3& b : cloud.block)
-    if (deep(cloud, full, b)) entry[blocks.directory.slot(b)] = kWater;
+  const std::vector<bool> surrounded = surrounded_blocks(cloud);
+  const std::vector<std::uint8_t> covered = covered_octants(cloud, surrounded, scale.gap);
+  base::parallel_chunks(cloud.block.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      if (surrounded[b] && deep(cloud, covered, scale.gap, cloud.block[b])) entry[blocks.directory.slot(cloud.block[b])] = kWater;
+  });
   for (int i = 0; i < blocks.directory.size[0]; ++i)
     for (int j = 0; j < blocks.directory.size[1]; ++j)
       for (int k = 0; k < blocks.directory.size[2]; ++k) {
