@@ -30,7 +30,6 @@ struct Room {
   base::Box domain;   // [m] walls; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
   std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
-  bool is_liquid = true;                 // it wets both faces of a collider's edge; a solid may touch one and must not stand out at the other
   std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 

@@ -59,7 +59,7 @@ TEST(Mesh, GoesOnIntoColliders) {
     int vertices = 0;
     for (const Vec3f& x : mesh_of(frame, {}, walls).position) {
       const double d = block.distance(x.cast<double>());
-      vertices += x[2] > 2 * kVoxel && x[2] < 0.3 - 4 * kVoxel && std::fabs(d) < 2 * kVoxel;
+      vertices += x[2] > 3 * kVoxel && x[2] < 0.3 - 4 * kVoxel && std::fabs(d) < 2 * kVoxel;
     }
     return vertices;
   };
@@ -69,6 +69,25 @@ TEST(Mesh, GoesOnIntoColliders) {
   EXPECT_EQ(beside_the_block(walls), 0);
 }
 
+// Water that stands against a plate ends inside it; water on both sides meets in its middle.
+TEST(Mesh, EndsInsideAThinCollider) {
+  for (const double thick : {4.0, 2.0, 1.5, 1.0}) {
+    sim::Shape plate;
+    plate.box = base::Box{Vec3(0.4, 0, 0), Vec3(0.4 + thick * kVoxel, 0.6, 0.6)};
+    surface::Room walls = room();
+    walls.solids = {plate};
+    double furthest = 0;
+    for (const Vec3f& x : mesh_of(fill([](const Vec3& x) { return x[0] < 0.4 && x[2] < 0.3; }), {}, walls).position)
+      furthest = std::max(furthest, (x[0] - 0.4) / kVoxel);
+    EXPECT_LT(furthest, thick - 0.1) << "seen on the dry side";
+    EXPECT_GT(furthest, 0.2) << "nothing was continued into the plate";
+    int between = 0;
+    for (const Vec3f& x : mesh_of(fill([&](const Vec3& x) { return plate.distance(x) > 0 && x[2] < 0.3; }), {}, walls).position)
+      between += x[2] > 3 * kVoxel && x[2] < 0.3 - 4 * kVoxel && plate.distance(x.cast<double>()) < kVoxel && x[1] > 3 * kVoxel && x[1] < 0.6 - 3 * kVoxel;
+    EXPECT_EQ(between, 0) << thick;
+  }
+}
+
 // A ball above a block's edge: what is continued into the block through its top does not come out at its side.
 TEST(Mesh, GoesOnIntoCollidersButNotThroughTheirOtherFaces) {
   sim::Shape block;
@@ -76,7 +95,6 @@ TEST(Mesh, GoesOnIntoCollidersButNotThroughTheirOtherFaces) {
   const Vec3 middle(0.4, 0.3, 0.42);
   surface::Room walls = room();
   walls.solids = {block};
-  walls.is_liquid = false;
   const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return (x - middle).norm() < 0.1 && block.distance(x) > 0; }), {}, walls);
   int inside = 0;
   for (const Vec3f& v : mesh.position) {

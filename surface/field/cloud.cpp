@@ -64,18 +64,16 @@ void add_wall_images(const Vec3& x, std::uint32_t source, const Vec3& size, floa
         }
 }
 
-/// A particle's place [m] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far.
-/// An image that would come out on the other side of a thin solid is left out, and so is one beside an edge that is less than `gap` behind another
-/// face, 0 for none: a surface around it would stand out there.
-void place_and_images(const Vec3& x, const std::vector<sim::Shape>& solids, double reach, double gap, std::vector<Vec3>& places) {
+/// A particle's place [m] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far. What is nearer to
+/// another face of the solid is left out: of a thin one the half behind its middle, or a surface would stand out on the dry side.
+void place_and_images(const Vec3& x, const std::vector<sim::Shape>& solids, double reach, std::vector<Vec3>& places) {
   places.assign(1, x);
   for (const sim::Shape& solid : solids) {
     Vec3 normal;
     const double distance = solid.distance(x, &normal);
     if (distance <= 0 || distance >= reach) continue;
     const Vec3 image = x - 2 * distance * normal;
-    const double depth = -solid.distance(image);
-    if (depth > 0 && depth > 0.999 * std::min(distance, gap)) places.push_back(image);
+    if (-solid.distance(image) > 0.999 * distance) places.push_back(image);
   }
 }
 
@@ -87,8 +85,7 @@ Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3&
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, room.is_liquid ? 0 : scale.gap * lattice.voxel,
-                     places);
+    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, places);
     for (const Vec3& place : places) add_wall_images((place - lattice.origin) / lattice.voxel, std::uint32_t(i), size, scale.reach, copies);
   }
   return copies;
