@@ -25,11 +25,18 @@ struct Options {
   void params(base::Params&);
 };
 
+/// A collider as it is at the frame.
+struct Solid {
+  sim::Shape shape;                          // [m]
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s]
+};
+
 /// What the surface must know of the simulation.
 struct Room {
-  base::Box domain;   // [m] walls; the level set is cut flat there, half a voxel below the floor
+  base::Box domain;   // [m] its sides; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
-  std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
+  std::vector<Solid> solids = {};        // the level set goes on into them, so that no film of air parts them from the water
+  std::array<std::array<bool, 2>, 3> walls = {{{true, true}, {true, true}, {true, true}}};   // by axis: whether nothing flows through the lower and the upper side
   std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 

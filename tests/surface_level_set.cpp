@@ -119,11 +119,44 @@ TEST(LevelSet, SurfaceMeetsTheWallAtItsOwnHeight) {
 }
 
 TEST(LevelSet, VelocityOfUniformFlowIsTheParticles) {
-  const surface::Mesh mesh = mesh_of(tank(0.3));
+  surface::Room open = room();
+  open.walls = {};
+  const surface::Mesh mesh = mesh_of(tank(0.3), {}, open);
   ASSERT_GT(mesh.velocity.size(), 3000u);
   double largest = 0;
   for (const Vec3f& v : mesh.velocity) largest = std::max(largest, double((v - Vec3f(1, 2, -3)).norm()));
   EXPECT_LT(largest, 3e-3);   // half floats: 3 * 2^-11
+}
+
+// On a wall it has the particles' components along the wall and none into it; so beside a collider, which may move itself.
+TEST(LevelSet, VelocityLeadsAlongWallsAndColliders) {
+  surface::Room walls = room();
+  walls.walls[1][1] = false;
+  sim::Shape block;
+  block.box = base::Box{Vec3(0.3, 0.2, 0), Vec3(0.5, 0.4, 0.4)};
+  walls.solids = {{block, Vec3(5, 0, 0)}};
+  const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return x[2] < 0.3 && block.distance(x) > 0; }), {}, walls);
+  int on_wall = 0, on_open = 0, beside = 0;
+  double with_block = 0;
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+    const Vec3f &x = mesh.position[i], &v = mesh.velocity[i];
+    if (x[2] < 0.1f || x[2] > 0.32f) continue;
+    if (x[0] == 0 && x[1] > 0.1f && x[1] < 0.5f) {
+      EXPECT_LT((v - Vec3f(0, 2, -3)).norm(), 5e-3) << x.transpose();
+      ++on_wall;
+    } else if (x[0] > 0.1f && x[0] < 0.7f && x[1] > 0.6f - 1e-6f) {
+      EXPECT_LT((v - Vec3f(1, 2, -3)).norm(), 5e-3) << x.transpose();
+      ++on_open;
+    } else if (std::fabs(x[0] - 0.5f) < 0.6f * float(kVoxel) && x[1] > 0.25f && x[1] < 0.35f) {
+      with_block += v[0];
+      EXPECT_NEAR(v[1], 2, 0.05);
+      ++beside;
+    }
+  }
+  EXPECT_GT(on_wall, 500);
+  EXPECT_GT(on_open, 500);
+  ASSERT_GT(beside, 5);
+  EXPECT_NEAR(with_block / beside, 5, 0.5);   // of a change by 4 within a few voxels
 }
 
 TEST(LevelSet, SingleParticleIsASmallDropWhereverItIs) {

@@ -65,7 +65,7 @@ TEST(Mesh, GoesOnIntoColliders) {
   };
   surface::Room walls = room();
   EXPECT_GT(beside_the_block(walls), 1000);
-  walls.solids = {block};
+  walls.solids = {{block}};
   EXPECT_EQ(beside_the_block(walls), 0);
 }
 
@@ -75,7 +75,7 @@ TEST(Mesh, EndsInsideAThinCollider) {
     sim::Shape plate;
     plate.box = base::Box{Vec3(0.4, 0, 0), Vec3(0.4 + thick * kVoxel, 0.6, 0.6)};
     surface::Room walls = room();
-    walls.solids = {plate};
+    walls.solids = {{plate}};
     double furthest = 0;
     for (const Vec3f& x : mesh_of(fill([](const Vec3& x) { return x[0] < 0.4 && x[2] < 0.3; }), {}, walls).position)
       furthest = std::max(furthest, (x[0] - 0.4) / kVoxel);
@@ -94,7 +94,7 @@ TEST(Mesh, GoesOnIntoCollidersButNotThroughTheirOtherFaces) {
   block.box = base::Box{Vec3(0.1, 0.1, 0), Vec3(0.4, 0.5, 0.3)};
   const Vec3 middle(0.4, 0.3, 0.42);
   surface::Room walls = room();
-  walls.solids = {block};
+  walls.solids = {{block}};
   const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return (x - middle).norm() < 0.1 && block.distance(x) > 0; }), {}, walls);
   int inside = 0;
   for (const Vec3f& v : mesh.position) {

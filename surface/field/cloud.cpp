@@ -43,50 +43,60 @@ Directory make_directory(const Vec3& size, float reach) {
 /// Particles and their mirror images, in the frame's order.
 struct Copies {
   std::vector<Vec3f> position;
-  std::vector<std::uint32_t> source;
+  std::vector<Vec3f> velocity;
 };
 
-/// x [voxels] and its images beyond the walls it is near.
-void add_wall_images(const Vec3& x, std::uint32_t source, const Vec3& size, float reach, Copies& copies) {
+/// A particle or one of its images.
+struct Place {
+  Vec3 position, velocity;
+};
+
+/// `at` [voxels, m/s] and its images beyond the sides it is near. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
+void add_wall_images(const Place& at, const Room& room, const Vec3& size, float reach, Copies& copies) {
+  const Vec3& x = at.position;
   if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
-  double image[3][3];   // per axis: itself, beyond the lower wall, beyond the upper wall
+  double image[3][3], velocity[3][3];   // per axis: itself, beyond the lower side, beyond the upper side
   bool has[3][3];
   for (int a = 0; a < 3; ++a) {
     image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
     has[a][0] = true, has[a][1] = x[a] < reach, has[a][2] = size[a] - x[a] < reach;
+    velocity[a][0] = at.velocity[a];
+    for (int side = 0; side < 2; ++side) velocity[a][1 + side] = room.walls[std::size_t(a)][std::size_t(side)] ? -at.velocity[a] : at.velocity[a];
   }
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
         if (has[0][a] && has[1][b] && has[2][c]) {
           copies.position.push_back(Vec3(image[0][a], image[1][b], image[2][c]).cast<float>());
-          copies.source.push_back(source);
+          copies.velocity.push_back(Vec3(velocity[0][a], velocity[1][b], velocity[2][c]).cast<float>());
         }
 }
 
-/// A particle's place [m] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far. What is nearer to
-/// another face of the solid is left out: of a thin one the half behind its middle, or a surface would stand out on the dry side.
-void place_and_images(const Vec3& x, const std::vector<sim::Shape>& solids, double reach, std::vector<Vec3>& places) {
-  places.assign(1, x);
-  for (const sim::Shape& solid : solids) {
+/// A particle [m, m/s] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far, moving against it
+/// as the solid sees it. What is nearer to another face of the solid is left out: of a thin one the half behind its middle, or a surface would
+/// stand out on the dry side.
+void place_and_images(const Place& at, const std::vector<Solid>& solids, double reach, std::vector<Place>& places) {
+  places.assign(1, at);
+  for (const Solid& solid : solids) {
     Vec3 normal;
-    const double distance = solid.distance(x, &normal);
+    const double distance = solid.shape.distance(at.position, &normal);
     if (distance <= 0 || distance >= reach) continue;
-    const Vec3 image = x - 2 * distance * normal;
-    if (-solid.distance(image) > 0.999 * distance) places.push_back(image);
+    const Vec3 image = at.position - 2 * distance * normal;
+    if (-solid.shape.distance(image) > 0.999 * distance) places.push_back({image, at.velocity - 2 * normal.dot(at.velocity - solid.velocity) * normal});
   }
 }
 
 Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3& size, const Lattice& lattice, const Scale& scale) {
   Copies copies;
-  std::vector<Vec3> places;
+  std::vector<Place> places;
   copies.position.reserve(frame.position.size() * 5 / 4);
-  copies.source.reserve(frame.position.size() * 5 / 4);
+  copies.velocity.reserve(frame.position.size() * 5 / 4);
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, places);
-    for (const Vec3& place : places) add_wall_images((place - lattice.origin) / lattice.voxel, std::uint32_t(i), size, scale.reach, copies);
+    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, room.solids, scale.reach * lattice.voxel, places);
+    for (const Place& place : places)
+      add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, copies);
   }
   return copies;
 }
@@ -188,7 +198,7 @@ Cloud make_cloud(const sim::Frame& frame, const Room& room, const Lattice& latti
   cloud.velocity.reserve(order.size());
   for (const std::uint32_t i : order) {
     cloud.position.push_back(copies.position[i]);
-    cloud.velocity.push_back(frame.velocity[copies.source[i]]);
+    cloud.velocity.push_back(copies.velocity[i]);
   }
   return cloud;
 }
