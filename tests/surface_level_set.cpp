@@ -23,6 +23,11 @@ std::vector<surface::GridInfo> grids_of(const sim::Frame& frame, const surface::
   return surface::info(file.path());
 }
 
+surface::Mesh moved(surface::Mesh mesh, const Vec3f& by) {
+  for (Vec3f& x : mesh.position) x += by;
+  return mesh;
+}
+
 /// A tank with a ball and drops above it.
 sim::Frame splash() {
   sim::Frame frame = fill([](const Vec3& x) { return x[2] < 0.2 + 0.03 * std::sin(20 * x[0]) || (x - Vec3(0.4, 0.3, 0.4)).norm() < 0.06; });
@@ -243,7 +248,16 @@ TEST(LevelSet, LedgerNamesItsPasses) {
   EXPECT_EQ(without.passes().count("smooth"), 0u);
 }
 
-TEST(LevelSet, VoxelTooSmallForTheDomainIsTheUsersMistake) {
+// A domain of 8e12 voxels, empty but for a ball.
+TEST(LevelSet, EmptyDomainCostsNothing) {
+  sim::Frame frame = ball(0.1);
+  for (Vec3f& x : frame.position) x += Vec3f(100, 100, 100);
+  surface::Room wide = room();
+  wide.domain.upper = Vec3(200, 200, 200);
+  EXPECT_NEAR(volume(moved(mesh_of(frame, {}, wide), Vec3f(-100, -100, -100))) / particle_volume(frame), 1, 0.03);
+}
+
+TEST(LevelSet, VoxelTooSmallForTheParticlesIsTheUsersMistake) {
   surface::initialize();
   const TemporaryFile file;
   base::Ledger ledger;

@@ -15,29 +15,14 @@ using base::Vec3;
 using base::Vec3f;
 
 constexpr std::size_t kLargestDirectory = std::size_t(1) << 28;   // entries
+constexpr double kFurthest = 1 << 30;   // [voxels] from the lattice's origin; OpenVDB's coordinates end at twice that
 
-Index3 block_of(const Vec3f& x) { return Index3(int(std::floor(x[0] / kBlock)), int(std::floor(x[1] / kBlock)), int(std::floor(x[2] / kBlock))); }
+Index3 block_of(const Vec3& x) { return (x / kBlock).array().floor().cast<int>(); }
+Index3 block_of(const Vec3f& x) { return block_of(Vec3(x.cast<double>())); }
 
 int octant_of(const Vec3f& x, const Index3& block) {
   const auto half = [&](int a) { return x[a] >= float(block[a] * kBlock + kBlock / 2) ? 1 : 0; };
   return 4 * half(0) + 2 * half(1) + half(2);
-}
-
-/// All blocks that a particle or its reach may touch.
-Directory make_directory(const Vec3& size, float reach) {
-  Directory d;
-  const Vec3f margin = Vec3f::Constant(reach);
-  d.lower = block_of(-2 * margin) - Index3::Ones();
-  d.size = block_of(size.cast<float>() + 2 * margin) + 2 * Index3::Ones() - d.lower;
-  const double entries = d.size.cast<double>().prod();
-  if (entries > double(kLargestDirectory)) {
-    base::Complaint c;
-    c.key = "surface.voxel";
-    c.allowed = "is too small for the domain: more than 137 billion voxels";
-    throw base::Error(c);
-  }
-  d.entry.assign(static_cast<std::size_t>(entries), kAir);
-  return d;
 }
 
 /// Particles and their mirror images, in the frame's order.
@@ -45,6 +30,25 @@ struct Copies {
   std::vector<Vec3f> position;
   std::vector<Vec3f> velocity;
 };
+
+/// All blocks that a copy or its reach may touch.
+Directory make_directory(const Copies& copies, float reach) {
+  Directory d;
+  if (copies.position.empty()) return d;
+  Vec3f low = copies.position.front(), high = low;
+  for (const Vec3f& x : copies.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  const Vec3 from = low.cast<double>().array() - reach, to = high.cast<double>().array() + reach;
+  if (((to - from) / kBlock).array().ceil().prod() > double(kLargestDirectory) || from.cwiseAbs().cwiseMax(to.cwiseAbs()).maxCoeff() > kFurthest) {
+    base::Complaint c;
+    c.key = "surface.voxel";
+    c.allowed = "is too small for a surface that reaches so far: more than 137 billion voxels";
+    throw base::Error(c);
+  }
+  d.lower = block_of(from);
+  d.size = block_of(to) + Index3::Ones() - d.lower;
+  d.entry.assign(d.size.cast<std::size_t>().prod(), kAir);
+  return d;
+}
 
 /// A particle or one of its images.
 struct Place {
@@ -192,7 +196,7 @@ Cloud make_cloud(const sim::Frame& frame, const Room& room, const Lattice& latti
   const Copies copies = with_mirror_images(frame, room, size, lattice, scale);
   Cloud cloud;
   cloud.size = size.cast<float>();
-  cloud.bins = make_directory(size, scale.reach);
+  cloud.bins = make_directory(copies, scale.reach);
   const std::vector<std::uint32_t> order = sort(copies, cloud);
   cloud.position.reserve(order.size());
   cloud.velocity.reserve(order.size());
@@ -213,7 +217,7 @@ Blocks make_blocks(const Cloud& cloud, const Scale& scale) {
     Vec3f low = cloud.position[cloud.first[8 * b]], high = low;
     for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p)
       low = low.cwiseMin(cloud.position[p]), high = high.cwiseMax(cloud.position[p]);
-    const Index3 from = block_of(low.array() - scale.reach), to = block_of(high.array() + scale.reach);
+    const Index3 from = block_of(Vec3(low.cast<double>().array() - scale.reach)), to = block_of(Vec3(high.cast<double>().array() + scale.reach));
     for (int i = from[0]; i <= to[0]; ++i)
       for (int j = from[1]; j <= to[1]; ++j)
         for (int k = from[2]; k <= to[2]; ++k) entry[blocks.directory.slot({i, j, k})] = kWanted;
