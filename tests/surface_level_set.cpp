@@ -164,6 +164,18 @@ TEST(LevelSet, VelocityLeadsAlongWallsAndColliders) {
   EXPECT_NEAR(with_block / beside, 5, 0.5);   // of a change by 4 within a few voxels
 }
 
+// Half a spacing less than the radius beyond the boundary, where the outermost particles' mean is a radius away; moving as they do all over.
+TEST(LevelSet, RadiusMayBeLongerThanAParticleIsSeenByDefault) {
+  surface::Options thick;
+  for (const double spacings : {3.0, 6.0, 8.0}) {
+    thick.radius = spacings * kVoxel;
+    const surface::Mesh mesh = mesh_of(ball(0.12), thick);
+    const double radius = std::cbrt(volume(mesh) * 3 / (4 * M_PI));
+    EXPECT_NEAR((radius - 0.12) / kVoxel, spacings - 0.5, 0.5) << spacings;
+    for (const Vec3f& v : mesh.velocity) ASSERT_LT((v - Vec3f(1, 2, -3)).norm(), 5e-3f) << spacings;
+  }
+}
+
 TEST(LevelSet, SingleParticleIsASmallDropWhereverItIs) {
   for (const Vec3f& at : {Vec3f(0.4f, 0.3f, 0.3f), Vec3f(0.405f, 0.305f, 0.305f), Vec3f(0.4025f, 0.301f, 0.309f)}) {
     const surface::Mesh mesh = mesh_of(single(at));
