@@ -81,8 +81,7 @@ Fields fields_of(const sim::Frame& frame, const Options& options, const Room& ro
   {
     const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
     made.distance = field::distance_from_slope(made.blocks, made.distance);
-    const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
-    field::cut(made.blocks, base::Vec3f(0, 0, -kBelow), upper, made.distance);
+    field::cut(made.blocks, room, lattice, kBelow, made.distance);
   }
   const auto timer = ledger.pass("velocity", bytes_of(made.distance, 4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
   made.velocity = field::velocity(cloud, made.blocks, made.distance, kBand, scale);

@@ -76,6 +76,17 @@ void add_wall_images(const Place& at, const Room& room, const Vec3& size, float 
         }
 }
 
+/// A box with a face in a side of the domain goes on behind it: that face is none of those that liquid could come out at.
+Solid continued(Solid solid, const base::Box& domain, double voxel) {
+  if (!solid.shape.box || solid.shape.turn) return solid;
+  base::Box& box = *solid.shape.box;
+  for (int a = 0; a < 3; ++a) {
+    if (std::fabs(box.lower[a] - domain.lower[a]) < kTouches * voxel) box.lower[a] -= domain.size()[a];
+    if (std::fabs(box.upper[a] - domain.upper[a]) < kTouches * voxel) box.upper[a] += domain.size()[a];
+  }
+  return solid;
+}
+
 /// A particle [m, m/s] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far, moving against it
 /// as the solid sees it. What is nearer to another face of the solid is left out: of a thin one the half behind its middle, or a surface would
 /// stand out on the dry side.
@@ -93,12 +104,14 @@ void place_and_images(const Place& at, const std::vector<Solid>& solids, double 
 Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3& size, const Lattice& lattice, const Scale& scale) {
   Copies copies;
   std::vector<Place> places;
+  std::vector<Solid> solids;
+  for (const Solid& solid : room.solids) solids.push_back(continued(solid, room.domain, lattice.voxel));
   copies.position.reserve(frame.position.size() * 5 / 4);
   copies.velocity.reserve(frame.position.size() * 5 / 4);
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, room.solids, scale.reach * lattice.voxel, places);
+    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, solids, scale.reach * lattice.voxel, places);
     for (const Place& place : places)
       add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, copies);
   }
