@@ -36,7 +36,7 @@ struct Room {
   base::Box domain;   // [m] its sides; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
   std::vector<Solid> solids = {};        // the level set goes on into them, so that no film of air parts them from the water
-  std::array<std::array<bool, 2>, 3> walls = {{{true, true}, {true, true}, {true, true}}};   // by axis: whether nothing flows through the lower and the upper side
+  std::array<std::array<bool, 2>, 3> walls = {{{true, true}, {true, true}, {true, true}}};   // lower and upper side by axis: nothing flows through
   std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 
