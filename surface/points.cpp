@@ -213,7 +213,7 @@ void sort_by_id(sim::Frame& frame) {
   frame.id = permuted(frame.id, order);
   if (!frame.body.empty()) frame.body = permuted(frame.body, order);
   for (const Scalar& scalar : kScalars)
-    if (std::vector<float>& values = frame.*scalar.values; values.size() == order.size()) values = permuted(values, order);
+    if (std::vector<float>& values = frame.*scalar.values; !values.empty()) values = permuted(values, order);
 }
 
 template <class T>
@@ -246,9 +246,11 @@ sim::Frame read_points(const std::filesystem::path& path) {
   frame.time = metadata<double>(path, *grid, "time");
   frame.pscale = metadata<double>(path, *grid, "pscale");
   for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) gather(path, *leaf, grid->transform(), frame);
-  for (const Scalar& scalar : kScalars)
-    if (const std::size_t has = (frame.*scalar.values).size(); has != 0 && has != frame.id.size())
-      base::throw_input(path.string(), std::string("some particles have no ") + scalar.name);
+  const auto check_all_or_none = [&](std::size_t has, const char* name) {
+    if (has != 0 && has != frame.id.size()) base::throw_input(path.string(), std::string("some particles have no ") + name);
+  };
+  check_all_or_none(frame.body.size(), "body");
+  for (const Scalar& scalar : kScalars) check_all_or_none((frame.*scalar.values).size(), scalar.name);
   sort_by_id(frame);
   if (const auto twice = std::adjacent_find(frame.id.begin(), frame.id.end()); twice != frame.id.end())
     base::throw_input(path.string(), "two particles have id " + std::to_string(*twice));

@@ -21,6 +21,7 @@ using files::name_of_body;
 using openvdb::Vec3d;
 
 Vec3f to_eigen(const openvdb::Vec3f& v) { return {v[0], v[1], v[2]}; }
+Vec3d to_vdb(const Vec3f& v) { return {v[0], v[1], v[2]}; }
 
 /// Quads that lie on a wall get vertices of their own where the wall's normal differs: the edge to the free surface is sharp.
 void split_edges(const std::vector<std::uint8_t>& walls, Mesh& mesh) {
@@ -66,7 +67,7 @@ Mesh mesh_of(const files::Contents& contents, const std::string& name, const std
     if (!velocity) return;
     const auto velocity_at = velocity->getConstAccessor();
     for (std::size_t v = begin; v < end; ++v)
-      result.velocity[v] = to_eigen(openvdb::tools::BoxSampler::sample(velocity_at, velocity->worldToIndex(Vec3d(quads.points[v]))));
+      result.velocity[v] = to_eigen(openvdb::tools::BoxSampler::sample(velocity_at, velocity->worldToIndex(to_vdb(result.position[v]))));
   });
   result.quads.reserve(quads.quads.size());
   for (const openvdb::Vec4I& q : quads.quads) result.quads.push_back({q[0], q[1], q[2], q[3]});

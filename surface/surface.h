@@ -25,12 +25,18 @@ struct Options {
   void params(base::Params&);
 };
 
+/// A collider as it is at the frame.
+struct Solid {
+  sim::Shape shape;                          // [m]
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s]
+};
+
 /// What the surface must know of the simulation.
 struct Room {
-  base::Box domain;   // [m] walls; the level set is cut flat there, half a voxel below the floor
+  base::Box domain;   // [m] its sides; the level set is cut flat there, half a voxel below the floor
   double cell = 0;    // [m]
-  std::vector<sim::Shape> solids = {};   // [m] colliders: the level set goes on into them, so that no film of air parts them from the water
-  bool is_liquid = true;                 // it wets both faces of a collider's edge; a solid may touch one and must not stand out at the other
+  std::vector<Solid> solids = {};        // the level set goes on into them, so that no film of air parts them from the water
+  std::array<std::array<bool, 2>, 3> walls = {{{true, true}, {true, true}, {true, true}}};   // lower and upper side by axis: nothing flows through
   std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 

@@ -25,6 +25,7 @@ field::Scale make_scale(const sim::Frame& frame, const Options& options, const R
   s.search = std::max(4 * s.spacing, 2.0f);
   // Far from the ends of a half-space of particles |x - mean| = 0.246 search at its boundary, for weights (1 - s^2)^3.
   s.radius = options.radius ? float(*options.radius / voxel) : 0.246f * s.search;
+  s.search = std::max(s.search, s.radius + 2 * s.spacing);   // particles are seen from the surface that lies a radius away
   s.lone = std::max({0.75f * s.spacing, 1.25f, s.radius});
   s.gap = std::max(1.5f * s.spacing, s.lone);
   s.limit = 0.35f;
@@ -80,11 +81,10 @@ Fields fields_of(const sim::Frame& frame, const Options& options, const Room& ro
   {
     const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
     made.distance = field::distance_from_slope(made.blocks, made.distance);
-    const base::Vec3f upper = (room.domain.size() / lattice.voxel).cast<float>();
-    field::cut(made.blocks, base::Vec3f(0, 0, -kBelow), upper, made.distance);
+    field::cut(made.blocks, room, lattice, kBelow, made.distance);
   }
   const auto timer = ledger.pass("velocity", bytes_of(made.distance, 4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
-  made.velocity = field::velocity(cloud, made.blocks, made.distance, kBand, scale.search);
+  made.velocity = field::velocity(cloud, made.blocks, made.distance, kBand, scale);
   return made;
 }
 

@@ -65,8 +65,81 @@ TEST(Mesh, GoesOnIntoColliders) {
   };
   surface::Room walls = room();
   EXPECT_GT(beside_the_block(walls), 1000);
-  walls.solids = {block};
+  walls.solids = {{block}};
   EXPECT_EQ(beside_the_block(walls), 0);
+}
+
+// Water that stands against a plate ends inside it; water on both sides meets in its middle.
+TEST(Mesh, EndsInsideAThinCollider) {
+  for (const double thick : {4.0, 2.0, 1.5, 1.0}) {
+    sim::Shape plate;
+    plate.box = base::Box{Vec3(0.4, 0, 0), Vec3(0.4 + thick * kVoxel, 0.6, 0.6)};
+    surface::Room walls = room();
+    walls.solids = {{plate}};
+    double furthest = 0;
+    for (const Vec3f& x : mesh_of(fill([](const Vec3& x) { return x[0] < 0.4 && x[2] < 0.3; }), {}, walls).position)
+      furthest = std::max(furthest, (x[0] - 0.4) / kVoxel);
+    EXPECT_LT(furthest, thick - 0.05) << "seen on the dry side";
+    EXPECT_GT(furthest, 0.2) << "nothing was continued into the plate";
+    int between = 0;
+    for (const Vec3f& x : mesh_of(fill([&](const Vec3& x) { return plate.distance(x) > 0 && x[2] < 0.3; }), {}, walls).position)
+      between += x[2] > 2 * kVoxel && x[2] < 0.3 - 4 * kVoxel && plate.distance(x.cast<double>()) < kVoxel && x[1] > 3 * kVoxel && x[1] < 0.6 - 3 * kVoxel;
+    EXPECT_EQ(between, 0) << thick;
+  }
+}
+
+// [m2] of the mesh that lies in the plane x[axis] = at, within the box.
+double area_in_plane(const surface::Mesh& mesh, int axis, double at, const base::Box& box) {
+  double area = 0;
+  for (const auto& q : mesh.quads) {
+    Vec3 middle = Vec3::Zero();
+    bool in_plane = true;
+    for (int i = 0; i < 4; ++i) {
+      const Vec3 x = corner(mesh, q, i);
+      middle += x / 4;
+      in_plane &= std::fabs(x[axis] - at) < 0.02 * kVoxel;
+    }
+    if (in_plane && (middle.array() > box.lower.array()).all() && (middle.array() < box.upper.array()).all()) area += vector_area(mesh, q).norm();
+  }
+  return area;
+}
+
+// Where a collider's face lies in a wall, the cut water must not: rays could not tell which is in front.
+TEST(Mesh, SharesNoPlaneWithAColliderInAWall) {
+  const double edge = 0.3 + 0.4 * kVoxel;   // between voxels
+  for (const int axis : {0, 1})
+    for (const bool upper : {false, true}) {
+      const double at = upper ? room().domain.upper[axis] : 0;
+      sim::Shape block;
+      block.box = base::Box{Vec3(edge, edge, 0), Vec3(0.5, 0.5, 0.5)};
+      (upper ? block.box->upper : block.box->lower)[axis] = at;
+      surface::Room walls = room();
+      walls.solids = {{block}};
+      const sim::Frame frame = fill([&](const Vec3& x) { return x[2] < 0.4 && block.distance(x) > 0; });
+      base::Box face = *block.box, beside = face;
+      face.lower[axis] = at - kVoxel, face.upper[axis] = at + kVoxel;
+      face.lower[1 - axis] += 0.01 * kVoxel, face.upper[1 - axis] -= 0.01 * kVoxel;
+      beside.lower[axis] = at - kVoxel, beside.upper[axis] = at + kVoxel;
+      beside.upper[1 - axis] = edge - kVoxel, beside.lower[1 - axis] = edge - 10 * kVoxel;
+      beside.lower[2] = 0.05, beside.upper[2] = 0.35;
+      const surface::Mesh mesh = mesh_of(frame, {}, walls);
+      EXPECT_LT(area_in_plane(mesh, axis, at, face), 3 * kVoxel * kVoxel) << axis << upper;   // below the floor
+      EXPECT_NEAR(area_in_plane(mesh, axis, at, beside), 9 * kVoxel * 0.3, kVoxel * 0.3) << axis << upper;
+    }
+}
+
+// A pane outside the wall: the water goes half a voxel into it, to the pane's end and no further.
+TEST(Mesh, GoesOnIntoWhatLiesBehindAWall) {
+  sim::Shape pane;
+  pane.box = base::Box{Vec3(0.2, -0.02, 0), Vec3(0.6, 0, 0.5)};
+  surface::Room walls = room();
+  walls.solids = {{pane}};
+  const surface::Mesh mesh = mesh_of(tank(0.3), {}, walls);
+  const base::Box under{Vec3(0.2 + 2 * kVoxel, -0.1, 2 * kVoxel), Vec3(0.6 - 2 * kVoxel, 0.1, 0.3 - 2 * kVoxel)};
+  EXPECT_EQ(area_in_plane(mesh, 1, 0, under), 0);
+  EXPECT_NEAR(area_in_plane(mesh, 1, -kVoxel / 2, under), (0.4 - 4 * kVoxel) * (0.3 - 4 * kVoxel), 2e-3);
+  EXPECT_NEAR(area_in_plane(mesh, 1, 0, {Vec3(0, -0.1, 0.05), Vec3(0.19, 0.1, 0.25)}), 0.19 * 0.2, 2e-3);
+  for (const Vec3f& x : mesh.position) EXPECT_TRUE(x[1] > -0.01 * kVoxel || pane.distance(x.cast<double>()) < 0) << x.transpose();
 }
 
 // A ball above a block's edge: what is continued into the block through its top does not come out at its side.
@@ -75,8 +148,7 @@ TEST(Mesh, GoesOnIntoCollidersButNotThroughTheirOtherFaces) {
   block.box = base::Box{Vec3(0.1, 0.1, 0), Vec3(0.4, 0.5, 0.3)};
   const Vec3 middle(0.4, 0.3, 0.42);
   surface::Room walls = room();
-  walls.solids = {block};
-  walls.is_liquid = false;
+  walls.solids = {{block}};
   const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return (x - middle).norm() < 0.1 && block.distance(x) > 0; }), {}, walls);
   int inside = 0;
   for (const Vec3f& v : mesh.position) {

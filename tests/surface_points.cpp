@@ -1,3 +1,6 @@
+#include <openvdb/openvdb.h>
+#include <openvdb/points/PointDataGrid.h>
+
 #include <cstring>
 #include <fstream>
 
@@ -165,6 +168,26 @@ TEST(Points, OfWhichTwoHaveOneIdAreOneLine) {
   frame.id[70] = frame.id[20];
   surface::write_points(file.path(), frame, ledger);
   EXPECT_EQ(complaint_of(file.path()), file.path().string() + ": two particles have id 61");
+}
+
+// As a program may write them that joins the points of two.
+TEST(Points, OfWhichSomeLackAnAttributeAreOneLine) {
+  for (const std::string name : {"body", "pressure"}) {
+    const TemporaryFile whole, part(".part.vdb");
+    sim::Frame frame = scattered(3000);
+    frame.body.assign(frame.id.size(), 1);
+    frame.pressure.assign(frame.id.size(), 2);
+    written_and_read(whole.path(), frame);
+    openvdb::io::File in(whole.path().string());
+    in.open(/*delayLoad=*/false);
+    const auto grid = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(in.readGrid("points"));
+    auto leaf = grid->tree().beginLeaf();
+    const std::vector<std::size_t> at = {leaf->attributeSet().find(name)};
+    auto fewer = leaf->attributeSet().descriptor().duplicateDrop(at);
+    leaf->dropAttributes(at, leaf->attributeSet().descriptor(), fewer);
+    openvdb::io::File(part.path().string()).write({grid});
+    EXPECT_EQ(complaint_of(part.path()), part.path().string() + ": some particles have no " + name);
+  }
 }
 
 TEST(Points, FileCutShortAnywhereIsOneLine) {

@@ -96,11 +96,13 @@ double PictureMaker::surface(std::int64_t frame) {
   const sim::Frame points = surface::read_points(folder_.points(frame));
   const std::filesystem::path file = folder_.surface(frame);
   Folder::make_room_for(file);
-  surface::Room room{shot_.scene.options.domain, shot_.scene.options.cell};
+  const sim::Options& o = shot_.scene.options;
+  surface::Room room{o.domain, o.cell};
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t side = 0; side < 2; ++side) room.walls[a][side] = o.boundary[a][side] != sim::Side::periodic && o.boundary[a][side] != sim::Side::open;
   const render::Setting setting = setting_at(frame);
-  for (const sim::Collider& collider : setting.colliders) room.solids.push_back(collider.shape);
-  for (const render::ColliderImage& image : setting.images) room.solids.push_back(image.shape);
-  room.is_liquid = !shot_.scene.options.is_solid();
+  for (const sim::Collider& collider : setting.colliders) room.solids.push_back({collider.shape, collider.velocity});
+  for (const render::ColliderImage& image : setting.images) room.solids.push_back({image.shape, setting.colliders[image.collider].velocity});
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);
   surface::write_surface(file, points, shot_.surface, room, ledger);

@@ -1,6 +1,6 @@
 #pragma once
 // Scalars on the voxels near a surface: blocks of 8^3 voxels (the layout of an OpenVDB leaf, z fastest), found through a dense
-// directory of the domain. All lengths in this folder are in voxels unless a name says otherwise; distances are negative inside.
+// directory of the box around the particles. All lengths in this folder are in voxels unless a name says otherwise; distances are negative inside.
 #include <array>
 #include <cstdint>
 #include <vector>

@@ -1,10 +1,12 @@
 #include "surface/field/cloud.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
 #include "base/error.h"
+#include "surface/field/footprint.h"
 
 namespace surface::field {
 namespace {
@@ -13,81 +15,105 @@ using base::Vec3;
 using base::Vec3f;
 
 constexpr std::size_t kLargestDirectory = std::size_t(1) << 28;   // entries
+constexpr double kFurthest = 1 << 30;   // [voxels] from the lattice's origin; OpenVDB's coordinates end at twice that
 
-Index3 block_of(const Vec3f& x) { return Index3(int(std::floor(x[0] / kBlock)), int(std::floor(x[1] / kBlock)), int(std::floor(x[2] / kBlock))); }
+Index3 block_of(const Vec3& x) { return (x / kBlock).array().floor().cast<int>(); }
+Index3 block_of(const Vec3f& x) { return block_of(Vec3(x.cast<double>())); }
 
 int octant_of(const Vec3f& x, const Index3& block) {
   const auto half = [&](int a) { return x[a] >= float(block[a] * kBlock + kBlock / 2) ? 1 : 0; };
   return 4 * half(0) + 2 * half(1) + half(2);
 }
 
-/// All blocks that a particle or its reach may touch.
-Directory make_directory(const Vec3& size, float reach) {
-  Directory d;
-  const Vec3f margin = Vec3f::Constant(reach);
-  d.lower = block_of(-2 * margin) - Index3::Ones();
-  d.size = block_of(size.cast<float>() + 2 * margin) + 2 * Index3::Ones() - d.lower;
-  const double entries = d.size.cast<double>().prod();
-  if (entries > double(kLargestDirectory)) {
-    base::Complaint c;
-    c.key = "surface.voxel";
-    c.allowed = "is too small for the domain: more than 137 billion voxels";
-    throw base::Error(c);
-  }
-  d.entry.assign(static_cast<std::size_t>(entries), kAir);
-  return d;
-}
-
 /// Particles and their mirror images, in the frame's order.
 struct Copies {
   std::vector<Vec3f> position;
-  std::vector<std::uint32_t> source;
+  std::vector<Vec3f> velocity;
 };
 
-/// x [voxels] and its images beyond the walls it is near.
-void add_wall_images(const Vec3& x, std::uint32_t source, const Vec3& size, float reach, Copies& copies) {
+/// All blocks that a copy or its reach may touch.
+Directory make_directory(const Copies& copies, float reach) {
+  Directory d;
+  if (copies.position.empty()) return d;
+  Vec3f low = copies.position.front(), high = low;
+  for (const Vec3f& x : copies.position) low = low.cwiseMin(x), high = high.cwiseMax(x);
+  const Vec3 from = low.cast<double>().array() - reach, to = high.cast<double>().array() + reach;
+  if (((to - from) / kBlock).array().ceil().prod() > double(kLargestDirectory) || from.cwiseAbs().cwiseMax(to.cwiseAbs()).maxCoeff() > kFurthest) {
+    base::Complaint c;
+    c.key = "surface.voxel";
+    c.allowed = "is too small for a surface that reaches so far: more than 137 billion voxels";
+    throw base::Error(c);
+  }
+  d.lower = block_of(from);
+  d.size = block_of(to) + Index3::Ones() - d.lower;
+  d.entry.assign(d.size.cast<std::size_t>().prod(), kAir);
+  return d;
+}
+
+/// A particle or one of its images.
+struct Place {
+  Vec3 position, velocity;
+};
+
+/// `at` [voxels, m/s] and its images beyond the sides it is near. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
+void add_wall_images(const Place& at, const Room& room, const Vec3& size, float reach, Copies& copies) {
+  const Vec3& x = at.position;
   if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
-  double image[3][3];   // per axis: itself, beyond the lower wall, beyond the upper wall
+  double image[3][3], velocity[3][3];   // per axis: itself, beyond the lower side, beyond the upper side
   bool has[3][3];
   for (int a = 0; a < 3; ++a) {
     image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
     has[a][0] = true, has[a][1] = x[a] < reach, has[a][2] = size[a] - x[a] < reach;
+    velocity[a][0] = at.velocity[a];
+    for (int side = 0; side < 2; ++side) velocity[a][1 + side] = room.walls[std::size_t(a)][std::size_t(side)] ? -at.velocity[a] : at.velocity[a];
   }
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
         if (has[0][a] && has[1][b] && has[2][c]) {
           copies.position.push_back(Vec3(image[0][a], image[1][b], image[2][c]).cast<float>());
-          copies.source.push_back(source);
+          copies.velocity.push_back(Vec3(velocity[0][a], velocity[1][b], velocity[2][c]).cast<float>());
         }
 }
 
-/// A particle's place [m] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far.
-/// An image that would come out on the other side of a thin solid is left out, and so is one beside an edge that is less than `gap` behind another
-/// face, 0 for none: a surface around it would stand out there.
-void place_and_images(const Vec3& x, const std::vector<sim::Shape>& solids, double reach, double gap, std::vector<Vec3>& places) {
-  places.assign(1, x);
-  for (const sim::Shape& solid : solids) {
+/// A box with a face in a side of the domain goes on behind it: that face is none of those that liquid could come out at.
+Solid continued(Solid solid, const base::Box& domain, double voxel) {
+  if (!solid.shape.box || solid.shape.turn) return solid;
+  base::Box& box = *solid.shape.box;
+  for (int a = 0; a < 3; ++a) {
+    if (std::fabs(box.lower[a] - domain.lower[a]) < kTouches * voxel) box.lower[a] -= domain.size()[a];
+    if (std::fabs(box.upper[a] - domain.upper[a]) < kTouches * voxel) box.upper[a] += domain.size()[a];
+  }
+  return solid;
+}
+
+/// A particle [m, m/s] and its images in the solids that it is near: behind the nearest point of their surface, as deep as it is far, moving against it
+/// as the solid sees it. What is nearer to another face of the solid is left out: of a thin one the half behind its middle, or a surface would
+/// stand out on the dry side.
+void place_and_images(const Place& at, const std::vector<Solid>& solids, double reach, std::vector<Place>& places) {
+  places.assign(1, at);
+  for (const Solid& solid : solids) {
     Vec3 normal;
-    const double distance = solid.distance(x, &normal);
+    const double distance = solid.shape.distance(at.position, &normal);
     if (distance <= 0 || distance >= reach) continue;
-    const Vec3 image = x - 2 * distance * normal;
-    const double depth = -solid.distance(image);
-    if (depth > 0 && depth > 0.999 * std::min(distance, gap)) places.push_back(image);
+    const Vec3 image = at.position - 2 * distance * normal;
+    if (-solid.shape.distance(image) > 0.999 * distance) places.push_back({image, at.velocity - 2 * normal.dot(at.velocity - solid.velocity) * normal});
   }
 }
 
 Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3& size, const Lattice& lattice, const Scale& scale) {
   Copies copies;
-  std::vector<Vec3> places;
+  std::vector<Place> places;
+  std::vector<Solid> solids;
+  for (const Solid& solid : room.solids) solids.push_back(continued(solid, room.domain, lattice.voxel));
   copies.position.reserve(frame.position.size() * 5 / 4);
-  copies.source.reserve(frame.position.size() * 5 / 4);
+  copies.velocity.reserve(frame.position.size() * 5 / 4);
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images(frame.position[i].cast<double>(), room.solids, scale.reach * lattice.voxel, room.is_liquid ? 0 : scale.gap * lattice.voxel,
-                     places);
-    for (const Vec3& place : places) add_wall_images((place - lattice.origin) / lattice.voxel, std::uint32_t(i), size, scale.reach, copies);
+    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, solids, scale.reach * lattice.voxel, places);
+    for (const Place& place : places)
+      add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, copies);
   }
   return copies;
 }
@@ -113,34 +139,65 @@ std::vector<std::uint32_t> sort(const Copies& copies, Cloud& cloud) {
   return order;
 }
 
-/// One bit for each of 4^3, 2^3 or 1 parts of a block: whether a particle is in it. Full blocks have all bits.
-std::vector<bool> full_blocks(const Cloud& cloud, float spacing) {
-  const int shift = spacing <= 1.01f ? 1 : spacing <= 2.01f ? 2 : 3;   // a part is two spacings wide or more
-  const int parts = kBlock >> shift;
-  const std::uint64_t all = parts == 4 ? ~std::uint64_t(0) : (std::uint64_t(1) << (parts * parts * parts)) - 1;
-  std::vector<bool> full(cloud.block.size(), false);
-  if (spacing > 4) return full;
-  for (std::size_t b = 0; b < full.size(); ++b) {
-    std::uint64_t seen = 0;
-    for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p) {
-      const Index3 local =
-          ((cloud.position[p] - (cloud.block[b] * kBlock).cast<float>()).array().floor().cast<int>().max(0).min(kBlock - 1)).matrix();
-      seen |= std::uint64_t(1) << (((local[0] >> shift) * parts + (local[1] >> shift)) * parts + (local[2] >> shift));
-    }
-    full[b] = seen == all;
-  }
-  return full;
+/// Calls body(bin) for the blocks up to n from `block`, itself included.
+template <class Body>
+void each_beside(const Cloud& cloud, const Index3& block, int n, const Body& body) {
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; ++k) body(cloud.bins.at(block + Index3(i, j, k)));
 }
 
-/// Inside, and far enough from the surface and the walls that no pass would change it.
-bool deep(const Cloud& cloud, const std::vector<bool>& full, const Index3& block) {
-  const Vec3f low = (block * kBlock).cast<float>(), high = low.array() + kBlock - 1;
-  if ((low.array() < kFar).any() || (high.array() > cloud.size.array() - kFar).any()) return false;
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j)
-      for (int k = -1; k <= 1; ++k) {
-        const std::int32_t bin = cloud.bins.at(block + Index3(i, j, k));
-        if (bin < 0 || !full[std::size_t(bin)]) return false;
+/// Blocks that lie farther than kFar from the walls and have particles in all blocks around them.
+std::vector<bool> surrounded_blocks(const Cloud& cloud) {
+  std::vector<bool> surrounded(cloud.block.size());
+  for (std::size_t b = 0; b < surrounded.size(); ++b) {
+    const Vec3f low = (cloud.block[b] * kBlock).cast<float>(), high = low.array() + kBlock - 1;
+    bool all = (low.array() >= kFar).all() && (high.array() <= cloud.size.array() - kFar).all();
+    if (all) each_beside(cloud, cloud.block[b], 1, [&](std::int32_t bin) { all &= bin >= 0; });
+    surrounded[b] = all;
+  }
+  return surrounded;
+}
+
+/// Octants up to this far from a block must have no air for the block to be deep.
+int octants_without_air(float gap) { return static_cast<int>(std::ceil((kFar + gap) * 2 / kBlock)); }
+
+/// A bit for each octant of the blocks with particles: whether all of its voxels have a particle within `gap`. Asked only beside blocks that are `surrounded`.
+std::vector<std::uint8_t> covered_octants(const Cloud& cloud, const std::vector<bool>& surrounded, float gap) {
+  std::vector<std::uint8_t> covered(cloud.block.size(), 0);
+  base::parallel_chunks(covered.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      bool asked = false;
+      each_beside(cloud, cloud.block[b], (octants_without_air(gap) + 1) / 2, [&](std::int32_t bin) { asked |= bin >= 0 && surrounded[std::size_t(bin)]; });
+      if (!asked) continue;
+      std::array<Row, kRows> nearest;   // squared distance
+      nearest.fill(Row::Constant(1e6f));
+      const Vec3f origin = (cloud.block[b] * kBlock).cast<float>();
+      each_near(cloud, cloud.block[b], gap, [&](std::uint32_t p) {
+        each_row_within(cloud.position[p] - origin, gap, [&](std::size_t row, float xy2, const Row& z2) { nearest[row] = nearest[row].min(z2 + xy2); });
+      });
+      unsigned open = 0;
+      for (std::size_t r = 0; r < kRows; ++r) {
+        const unsigned octant = 4 * (r / kBlock >= kBlock / 2) + 2 * (r % kBlock >= kBlock / 2);
+        for (unsigned half = 0; half < 2; ++half)
+          if ((nearest[r].segment<kBlock / 2>(half * kBlock / 2) > gap * gap).any()) open |= 1u << (octant + half);
+      }
+      covered[b] = static_cast<std::uint8_t>(~open);
+    }
+  });
+  return covered;
+}
+
+/// Whether a block that is surrounded lies so far inside that no pass would change it: what is air within kFar has a voxel within kFar + gap that is further
+/// than `gap` from every particle.
+bool deep(const Cloud& cloud, const std::vector<std::uint8_t>& covered, float gap, const Index3& block) {
+  const int n = octants_without_air(gap);
+  for (int i = -n; i <= 1 + n; ++i)
+    for (int j = -n; j <= 1 + n; ++j)
+      for (int k = -n; k <= 1 + n; ++k) {
+        const Index3 octant = 2 * block + Index3(i, j, k);
+        const std::int32_t bin = cloud.bins.at(Index3(octant[0] >> 1, octant[1] >> 1, octant[2] >> 1));
+        if (bin < 0 || !(covered[std::size_t(bin)] >> (4 * (octant[0] & 1) + 2 * (octant[1] & 1) + (octant[2] & 1)) & 1)) return false;
       }
   return true;
 }
@@ -152,13 +209,13 @@ Cloud make_cloud(const sim::Frame& frame, const Room& room, const Lattice& latti
   const Copies copies = with_mirror_images(frame, room, size, lattice, scale);
   Cloud cloud;
   cloud.size = size.cast<float>();
-  cloud.bins = make_directory(size, scale.reach);
+  cloud.bins = make_directory(copies, scale.reach);
   const std::vector<std::uint32_t> order = sort(copies, cloud);
   cloud.position.reserve(order.size());
   cloud.velocity.reserve(order.size());
   for (const std::uint32_t i : order) {
     cloud.position.push_back(copies.position[i]);
-    cloud.velocity.push_back(frame.velocity[copies.source[i]]);
+    cloud.velocity.push_back(copies.velocity[i]);
   }
   return cloud;
 }
@@ -173,14 +230,17 @@ Blocks make_blocks(const Cloud& cloud, const Scale& scale) {
     Vec3f low = cloud.position[cloud.first[8 * b]], high = low;
     for (std::uint32_t p = cloud.first[8 * b]; p < cloud.first[8 * b + 8]; ++p)
       low = low.cwiseMin(cloud.position[p]), high = high.cwiseMax(cloud.position[p]);
-    const Index3 from = block_of(low.array() - scale.reach), to = block_of(high.array() + scale.reach);
+    const Index3 from = block_of(Vec3(low.cast<double>().array() - scale.reach)), to = block_of(Vec3(high.cast<double>().array() + scale.reach));
     for (int i = from[0]; i <= to[0]; ++i)
       for (int j = from[1]; j <= to[1]; ++j)
         for (int k = from[2]; k <= to[2]; ++k) entry[blocks.directory.slot({i, j, k})] = kWanted;
   }
-  const std::vector<bool> full = full_blocks(cloud, scale.spacing);
-  for (const Index3& b : cloud.block)
-    if (deep(cloud, full, b)) entry[blocks.directory.slot(b)] = kWater;
+  const std::vector<bool> surrounded = surrounded_blocks(cloud);
+  const std::vector<std::uint8_t> covered = covered_octants(cloud, surrounded, scale.gap);
+  base::parallel_chunks(cloud.block.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      if (surrounded[b] && deep(cloud, covered, scale.gap, cloud.block[b])) entry[blocks.directory.slot(cloud.block[b])] = kWater;
+  });
   for (int i = 0; i < blocks.directory.size[0]; ++i)
     for (int j = 0; j < blocks.directory.size[1]; ++j)
       for (int k = 0; k < blocks.directory.size[2]; ++k) {

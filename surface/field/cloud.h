@@ -9,6 +9,8 @@
 
 namespace surface::field {
 
+constexpr double kTouches = 1e-3;   // [voxels] a solid's face this near to a side of the domain is in it
+
 /// Lengths that follow from the options, in voxels.
 struct Scale {
   float spacing;     // edge of a cube with a particle's volume

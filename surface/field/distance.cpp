@@ -92,17 +92,4 @@ Field distance_from_slope(const Blocks& blocks, const Field& field) {
   });
 }
 
-void cut(const Blocks& blocks, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance) {
-  each_block(blocks, [&](std::size_t b) {
-    const Index3 origin = blocks.coordinate[b] * kBlock;
-    for (int v = 0; v < kVoxels; ++v) {
-      const Eigen::Vector3f x = (origin + Index3(v / (kBlock * kBlock), v / kBlock % kBlock, v % kBlock)).cast<float>();
-      const Eigen::Vector3f q = (lower - x).cwiseMax(x - upper);
-      const float box = q.cwiseMax(0).norm() + std::min(0.0f, q.maxCoeff());
-      float& d = distance[b * kVoxels + std::size_t(v)];
-      d = std::min(std::max(d, box), kFar);
-    }
-  });
-}
-
 }  // namespace surface::field

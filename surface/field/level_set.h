@@ -29,10 +29,11 @@ Field distance_from_slope(const Blocks&, const Field&);
 /// back. No value moves by more than `limit`.
 Field smooth(const Blocks&, const Field&, int passes, float search, const Field& limit);
 
-/// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `search`, continued outwards.
-std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, float search);
+/// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `scale.search`, continued outwards.
+std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, const Scale&);
 
-/// Cuts to the box: the larger of the distance and the box's own [voxels from the lattice's origin].
-void cut(const Blocks&, const Eigen::Vector3f& lower, const Eigen::Vector3f& upper, Field& distance);
+/// Cuts to the domain: the larger of the distance and the box's own, whose floor is `below` the domain's [voxels]. Where a solid's face is in a side, or its
+/// back, the two would share a plane: there the cut lies half a voxel inside the solid.
+void cut(const Blocks&, const Room&, const Lattice&, float below, Field& distance);
 
 }  // namespace surface::field

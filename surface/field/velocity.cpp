@@ -98,9 +98,9 @@ Known grown(const Blocks& blocks, const Known& known, const Field& distance, flo
 
 }  // namespace
 
-std::array<Field, 3> velocity(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band, float search) {
-  Known known = near_particles(cloud, blocks, distance, band, search);
-  for (float reached = search - 1; reached < band + 1; ++reached) known = grown(blocks, known, distance, band);
+std::array<Field, 3> velocity(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band, const Scale& scale) {
+  Known known = near_particles(cloud, blocks, distance, band, scale.search);
+  for (float reached = scale.search; reached < scale.lone + scale.limit + band; ++reached) known = grown(blocks, known, distance, band);
   return std::move(known.component);
 }
 

@@ -34,11 +34,10 @@ std::optional<Walls> walls_of(const openvdb::FloatGrid& grid) {
   return Walls{grid.worldToIndex(lower->value()), grid.worldToIndex(upper->value())};
 }
 
-/// [voxels] negative inside the cut box.
+/// [voxels] The cut box's own distance.
 float Level::box(const Coord& c) const {
-  double d = -1e9;
-  for (int a = 0; a < 3; ++a) d = std::max({d, walls_->lower[a] - c[a], c[a] - walls_->upper[a]});
-  return float(d);
+  const Vec3d x = c.asVec3d(), q = openvdb::math::maxComponent(walls_->lower - x, x - walls_->upper);
+  return float(openvdb::math::maxComponent(q, Vec3d(0.0)).length() + std::min(0.0, std::max({q[0], q[1], q[2]})));
 }
 
 /// [voxels] Near a wall the cut hides the free surface; it is continued from the first voxels inwards that show it.
@@ -75,16 +74,36 @@ Vec3f Level::gradient(const Vec3d& x) const {
   return sum;
 }
 
+/// Whether a solid moves the cut out of the wall beside x: behind the wall, where the free surface is out of the way, the values then run beside the box's own.
+bool Level::is_moved(int axis, int side, const Vec3d& x) const {
+  Coord behind = Coord::floor(x), further(0);
+  behind[axis] = side == 0 ? int(std::ceil(walls_->lower[axis] - kOn)) - 1 : int(std::floor(walls_->upper[axis] + kOn)) + 1;
+  further[axis] = side == 0 ? -1 : 1;
+  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+  for (int i = 0; i < 4; ++i) {
+    Coord at = behind;
+    at[b] += i / 2, at[c] += i % 2;
+    const float off = values_.getValue(at) / voxel_ - box(at), next = values_.getValue(at + further) / voxel_ - box(at + further);
+    if (off < -kShown || (off > kShown && std::fabs(next - off) < kShown)) return true;
+  }
+  return false;
+}
+
 Vertex Level::vertex(const Vec3d& x) const {
   std::array<bool, 3> beside = {};   // in the mesher's cell that the wall cuts or bounds
   std::uint8_t on = 0;
   Vec3d moved = x, outward(0.0);
+  Vec3f solid = Vec3f::Zero();   // outwards, into what moves the cut
   bool edge = false;
   for (int a = 0; walls_ && a < 3; ++a)
     for (int side = 0; side < 2; ++side) {
       const double at = side == 0 ? walls_->lower[a] : walls_->upper[a], off = std::fabs(x[a] - at);
       const bool in_cell = side == 0 ? x[a] < std::floor(at + kOn) + 1 - kOn : x[a] > std::ceil(at - kOn) - 1 + kOn;
       if (!in_cell) continue;
+      if (is_moved(a, side, x)) {
+        solid[a] = side == 0 ? -1 : 1;
+        continue;
+      }
       beside[std::size_t(a)] = true;
       on = static_cast<std::uint8_t>(on | 1 << (2 * a + side));
       outward[a] = side == 0 ? -1 : 1;
@@ -92,6 +111,7 @@ Vertex Level::vertex(const Vec3d& x) const {
       moved[a] = at;
     }
   const Vec3f wall = Vec3f(float(outward[0]), float(outward[1]), float(outward[2])).stableNormalized();
+  if (!edge && on == 0 && solid != Vec3f::Zero() && value(x) < -1) return {x, solid.normalized(), 0};
   if (!edge) return {moved, on == 0 ? gradient(x).stableNormalized() : wall, on};
   const float inside = value(moved);
   if (inside < -1) return {moved, wall, on};   // walls meet here, under water

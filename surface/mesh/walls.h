@@ -38,6 +38,7 @@ class Level {
 
  private:
   float box(const openvdb::Coord&) const;
+  bool is_moved(int axis, int side, const openvdb::Vec3d&) const;
   float value(const openvdb::Coord&) const;
   float value(const openvdb::Vec3d&) const;
   base::Vec3f gradient(const openvdb::Vec3d&) const;
