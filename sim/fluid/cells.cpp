@@ -119,46 +119,78 @@ Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& block
   }, append);
 }
 
-/// A face that trails leaves a row of empty cells at once, each of which would take the next for air. What hangs together of `freed`, and single gaps
-/// beside it, is liquid where liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither.
+/// Cells without a particle that a collider cuts. Not those before a face that advances: it presses together what is there, and gaps close.
 template <int D>
-void fill_wakes(const Cells& freed, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks,
-                const OpenFaces<D>& open) {
-  if (freed.empty()) return;
+Cells cut_empty(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const Solids<D>& solids, const OpenFaces<D>& open) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  if (solids.shapes.empty()) return {};
+  const auto advances_on = [&](const Cell<D>& cell) {
+    base::Vec3 middle = solids.origin, normal;
+    for (int a = 0; a < D; ++a) middle[a] += (cell[a] + 0.5) * solids.cell;
+    for (std::size_t s = 0; s < solids.shapes.size(); ++s)
+      if (!solids.velocities[s].isZero(0) && solids.shapes[s].distance(middle, &normal) < std::sqrt(double(D)) * solids.cell &&
+          normal.dot(solids.velocities[s]) > 0.1 * solids.velocities[s].norm())
+        return true;
+    return false;
+  };
+  return base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {
+    Cells found;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      const auto& around = blocks.neighbours(slot);
+      if (std::all_of(around.begin(), around.end(), [&](std::int32_t b) { return b < 0 || open.is_open(std::size_t(b)); })) continue;
+      for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i)
+        if (kind[i] == CellKind::air && open.cut(i, blocks) && !advances_on(blocks.cell_at(i))) found.push_back(i);
+    }
+    return found;
+  }, append);
+}
+
+/// A face that trails leaves a row of empty cells at once, each of which would take the next for air. What hangs together of `freed`, and single gaps
+/// beside it, is liquid where liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither. So are up to kByChance `cut`
+/// cells: particles miss what is left of them now and then.
+template <int D>
+void fill_wakes(const Cells& freed, const Cells& cut, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind,
+                const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  constexpr std::size_t kByChance = 3;
+  if (freed.empty() && cut.empty()) return;
   enum : std::uint8_t { no, waits, is_of_a_group };
-  std::vector<std::uint8_t> is_freed(kind.size(), no);
-  for (const std::size_t i : freed) is_freed[i] = waits;
+  std::vector<std::uint8_t> is_freed(kind.size());
   const auto is_air = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air) == CellKind::air && (j < 0 || !unsettled[std::size_t(j)]); };
   const auto is_single = [&](std::ptrdiff_t j) {   // no air beside it but what came free
     bool other = j < 0;
     if (j >= 0) across_open_faces(std::size_t(j), blocks, open, [&](std::ptrdiff_t k) { other = other || (is_air(k) && (k < 0 || !is_freed[std::size_t(k)])); });
     return !other;
   };
-  for (const std::size_t first : freed) {
-    if (is_freed[first] != waits || unsettled[first]) continue;
-    Cells group{first};
-    is_freed[first] = is_of_a_group;
-    bool wet = false, dry = false;
-    for (std::size_t n = 0; n < group.size(); ++n)
-      across_open_faces(group[n], blocks, open, [&](std::ptrdiff_t j) {
-        wet = wet || (j >= 0 && kind[std::size_t(j)] == CellKind::liquid);
-        if (!is_air(j) || (j >= 0 && is_freed[std::size_t(j)] == is_of_a_group)) return;
-        if (j >= 0 && (is_freed[std::size_t(j)] || is_single(j))) is_freed[std::size_t(j)] = is_of_a_group, group.push_back(std::size_t(j));
-        else dry = true;
-      });
-    if (wet && !dry)
-      for (const std::size_t i : group) kind[i] = CellKind::liquid;
+  for (const Cells* from : {&freed, &cut}) {
+    std::fill(is_freed.begin(), is_freed.end(), no);
+    for (const std::size_t i : *from) is_freed[i] = kind[i] == CellKind::air && !unsettled[i] ? waits : no;
+    for (const std::size_t first : *from) {
+      if (is_freed[first] != waits) continue;
+      Cells group{first};
+      is_freed[first] = is_of_a_group;
+      bool wet = false, dry = false;
+      for (std::size_t n = 0; n < group.size(); ++n)
+        across_open_faces(group[n], blocks, open, [&](std::ptrdiff_t j) {
+          wet = wet || (j >= 0 && kind[std::size_t(j)] == CellKind::liquid);
+          if (!is_air(j) || (j >= 0 && is_freed[std::size_t(j)] == is_of_a_group)) return;
+          if (j >= 0 && (is_freed[std::size_t(j)] || is_single(j))) is_freed[std::size_t(j)] = is_of_a_group, group.push_back(std::size_t(j));
+          else dry = true;
+        });
+      if (wet && !dry && (from == &freed || group.size() <= kByChance))
+        for (const std::size_t i : group) kind[i] = CellKind::liquid;
+    }
   }
 }
 
 /// Cells that are open but whose middle is in a collider, and hold no particle; and those beside them.
 template <int D>
-void settle_covered(const Cells& covered, const Cells& freed, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
-  if (covered.empty() && freed.empty()) return;
+void settle_covered(const Cells& covered, const Cells& freed, const Cells& cut, std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks,
+                    const OpenFaces<D>& open) {
+  if (covered.empty() && freed.empty() && cut.empty()) return;
   std::vector<CellKind> settled(covered.size(), CellKind::air);
   std::vector<std::uint8_t> is_covered(kind.size());
   for (const std::size_t i : covered) is_covered[i] = 1;
-  fill_wakes(freed, is_covered, kind, blocks, open);
+  fill_wakes(freed, cut, is_covered, kind, blocks, open);
   fill_gaps_beside(covered, is_covered, kind, blocks, open);
   base::parallel_chunks(covered.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
@@ -211,7 +243,7 @@ std::vector<CellKind> classify_cells(const CellRanges& ranges, const ActiveBlock
     }
   });
   std::erase_if(covered, [&](std::size_t i) { return kind[i] != CellKind::air; });
-  settle_covered(covered, just_freed(kind, blocks, solids), kind, blocks, open);
+  settle_covered(covered, just_freed(kind, blocks, solids), cut_empty(kind, blocks, solids, open), kind, blocks, open);
   fill_gaps(kind, blocks, open);
   return kind;
 }

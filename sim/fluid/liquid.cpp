@@ -22,31 +22,22 @@
 namespace sim {
 namespace {
 
-/// As many particles as seeding gives in every cell that is not solid, any where a collider may cut it, and no open side: there is no air, and an
-/// incompressible liquid never gets any. Ends at the first cell that lacks some.
+/// A particle in every cell that is not solid, and no open side: there is no air, and an incompressible liquid never gets any. Ends at the
+/// first cell without.
 template <int D, class Real>
-bool fills_the_domain(const Particles<D, Real>& particles, std::int64_t particles_per_cell, const Solids<D>& solids) {
+bool fills_the_domain(const Particles<D, Real>& particles, const Solids<D>& solids) {
   for (const auto& sides : solids.open)
     if (sides[0] || sides[1]) return false;
   const Lattice<D>& lattice = solids.lattice;
-  std::vector<std::int64_t> all;
-  for (const Cell<D>& cell : particles.cell) all.push_back(lattice.key(cell));
-  std::sort(all.begin(), all.end());
-  std::vector<std::int64_t> keys, counts;
-  for (const std::int64_t key : all) {
-    if (keys.empty() || keys.back() != key) keys.push_back(key), counts.push_back(0);
-    ++counts.back();
-  }
+  std::vector<std::int64_t> keys;
+  for (const Cell<D>& cell : particles.cell)
+    if (const std::int64_t key = lattice.key(cell); keys.empty() || keys.back() != key) keys.push_back(key);
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   KeyTable filled;
   filled.build(keys);
-  const auto may_be_cut = [&](const Cell<D>& at) {
-    base::Vec3 middle = solids.origin;
-    for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * solids.cell;
-    return std::any_of(solids.shapes.begin(), solids.shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0.5 * std::sqrt(double(D)) * solids.cell; });
-  };
   for (Cell<D> at{}; at[0] < lattice.cells[0];) {
-    const std::int32_t found = filled.find(lattice.key(at));
-    if (found < 0 ? !solids.solid(at) : counts[std::size_t(found)] < particles_per_cell && !may_be_cut(at)) return false;
+    if (filled.find(lattice.key(at)) < 0 && !solids.solid(at)) return false;
     int a = D - 1;
     while (a > 0 && at[a] + 1 == lattice.cells[a]) at[a--] = 0;
     ++at[a];
@@ -60,7 +51,7 @@ class Liquid final : public Simulation {
   Liquid(const Scene& scene, double fps)
       : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
-        step_(options_, solids_, !fills_the_domain(particles_, options_.particles_per_cell, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
+        step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     if (options_.write.pressure) pressure_.assign(particles_.size(), 0);
     step_.falls(downhill(gravity_, options_));
   }
