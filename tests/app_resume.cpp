@@ -80,6 +80,28 @@ TEST_F(Resume, AStageByItselfRefusesADamagedFileUpstream) {
   EXPECT_EQ(refused.err, "polypic: out/x/surface/surface.0002.vdb: is damaged or out of date; run surface, which makes it again\n");
 }
 
+// Pictures are not thrown away before all that they are drawn from is found whole: grains are drawn from points, a preview may be from surfaces.
+TEST_F(Resume, ARestartLooksAtAllItReadsFirst) {
+  const std::vector<std::string> grains = {"--set", "body.column.look=sand"}, surfaces = {"--preview", "--set", "preview.draw=surface"};
+  const auto with = [](std::vector<std::string> words, const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  run_well(with({"run", "x.toml", "--out", "grains"}, grains));
+  run_well({"run", "x.toml", "--out", "surfaces"});
+  run_well(with({"render", "x.toml", "--out", "surfaces"}, surfaces));
+  write("grains/points/points.0002.vdb", "x");
+  write("surfaces/surface/surface.0002.vdb", "x");
+  const std::vector<std::string> before = files();
+  const Outcome drawn = run(with({"render", "x.toml", "--out", "grains", "--restart"}, grains));
+  EXPECT_EQ(drawn.exit, 2);
+  EXPECT_EQ(drawn.err, "polypic: grains/points/points.0002.vdb: is damaged or out of date; run simulate, which makes it again\n");
+  const Outcome shown = run(with({"render", "x.toml", "--out", "surfaces", "--restart"}, surfaces));
+  EXPECT_EQ(shown.exit, 2);
+  EXPECT_EQ(shown.err, "polypic: surfaces/surface/surface.0002.vdb: is damaged or out of date; run surface, which makes it again\n");
+  EXPECT_EQ(files(), before);
+}
+
 TEST_F(Resume, DoesAgainWhatAChangedKeyReachesAndNoMore) {
   run_well({"run", "x.toml"});
   const auto first = content();

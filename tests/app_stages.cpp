@@ -40,6 +40,18 @@ class RunFolder : public testing::Test {
 
 }  // namespace
 
+// Frames in the middle are made again: their checkpoints are not older than those of frames that come after them.
+TEST_F(RunFolder, KeepsTheLatestCheckpointsUpToTheFrameReachedAndThoseBehindIt) {
+  const app::Folder folder(root);
+  for (const std::int64_t frame : {4, 6, 8, 18, 24}) write(folder.checkpoint(frame), "state");
+  base::Progress progress(stderr, /*quiet=*/true);
+  const app::Checkpoints checkpoints(folder, "a", /*keep=*/2, progress);
+  checkpoints.prune(8);
+  EXPECT_EQ(folder.checkpoints(), (std::vector<std::int64_t>{6, 8, 18, 24}));
+  checkpoints.prune(24);
+  EXPECT_EQ(folder.checkpoints(), (std::vector<std::int64_t>{18, 24}));
+}
+
 TEST_F(RunFolder, FrameIsFinishedOnlyWithItsRecordItsKeysAndItsBytes) {
   const app::Folder folder(root);
   fs::create_directory(root);

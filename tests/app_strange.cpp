@@ -174,6 +174,8 @@ TEST_F(Strange, AnyNameIsTheNameOfAShot) {
     EXPECT_EQ(Json::parse(outcome.out), run_json("out/" + fs::path(name + ".toml").stem().string())) << name;
     EXPECT_TRUE(fs::exists(folder / "out" / fs::path(name + ".toml").stem() / "movie.mp4")) << name;
   }
+  write("...toml", kSmallShot);   // whose folder would be the one that out is in
+  expect_line(run({"run", "...toml"}), 2, "...toml: has no name that a folder in out could have (--out says where)");
 }
 
 TEST_F(Strange, ClosedStreamsAndReadersThatLeaveSpoilNoFile) {

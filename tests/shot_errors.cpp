@@ -202,6 +202,7 @@ TEST_F(BadShot, IsToldWhatWouldHaveNoEffect) {
       "[sim]\nsolver = \"solid\"\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = 0.05\n[[body]]\nname = \"a\"\nmaterial = \"jelly\"\n"
       "shape = { box = [[0.3, 0.3], [0.6, 0.6]] }\n";
   EXPECT_EQ(line(solid), "no error");
+  says(solid, {"sim.dimension=4"}, "--set sim.dimension=4: ");   // not the file's domain, which has two
   says(solid, {"sim.cfl=2"}, "sim.cfl = 2: must be");
   says(solid, {"sim.transfer=apic", "sim.carry=limited"}, "sim.carry = \"limited\": needs transfer = \"polypic\"");
   says(solid, {"body.a.transfer=apic", "body.a.carry=limited"}, "body.a.carry = \"limited\": needs transfer = \"polypic\"");

@@ -83,7 +83,7 @@ void remember(const Shot& shot, const Order& order, const FrameRange& range, con
 
 void film(const Request& request) {
   const Shot shot = read_shot(find_shot(request.subject), request.overrides);
-  if (!request.out && (shot.name == "." || shot.name == ".."))
+  if (!request.out && shot.name == "..")
     throw base::Error({.code = base::Exit::user, .file = request.subject, .hint = "--out says where", .message = "has no name that a folder in out could have"});
   Order order{.stages = stages_of(request, shot),
                     .frames = request.frames,
