@@ -34,6 +34,20 @@ Scene channel(int dimension, double cell, double from, double to) {
   return scene;
 }
 
+/// Two dimensions: a domain from 0 to `size`, and water in a box.
+Scene flat(const Vec3& size, double cell, const base::Box& filled) {
+  Scene scene;
+  scene.options.dimension = 2;
+  scene.options.particles_per_cell = 4;
+  scene.options.domain = {Vec3::Zero(), size};
+  scene.options.cell = cell;
+  Body water;
+  water.name = "water";
+  water.shape.box = filled;
+  scene.bodies = {water};
+  return scene;
+}
+
 Collider box(const Vec3& lower, const Vec3& upper, const Vec3& velocity) {
   Collider c;
   c.name = "box";
@@ -249,16 +263,8 @@ TEST(FluidSides, APistonThatComesOutOfItsWallPushesAtOnce) {
 
 /// Water .6 m deep in two dimensions, and a collider in it.
 Scene pool_with(const Shape& shape, const Vec3& velocity, std::int64_t seed) {
-  Scene scene;
-  scene.options.dimension = 2;
-  scene.options.particles_per_cell = 4;
-  scene.options.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
-  scene.options.cell = 0.02;
+  Scene scene = flat(Vec3(1, 1, 0), 0.02, {Vec3::Zero(), Vec3(1, 0.6, 0)});
   scene.options.seed = seed;
-  Body water;
-  water.name = "water";
-  water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.6, 0)};
-  scene.bodies = {water};
   Collider body;
   body.name = "body";
   body.shape = shape;
@@ -308,15 +314,7 @@ TEST(FluidSides, WhatIsInsideAnotherColliderPushesNothing) {
   std::vector<double> work, energy;
   // The floor of the second and third lies a fiftieth of a cell below a plane of faces.
   for (const auto& [floor, lower] : {std::pair(0.1, 0.1), std::pair(0.099, 0.099), std::pair(0.099, 0.0)}) {
-    Scene scene;
-    scene.options.dimension = 2;
-    scene.options.particles_per_cell = 4;
-    scene.options.domain = {Vec3::Zero(), Vec3(2, 1, 0)};
-    scene.options.cell = 0.05;
-    Body water;
-    water.name = "water";
-    water.shape.box = base::Box{Vec3::Zero(), Vec3(2, 0.5, 0)};
-    scene.bodies = {water};
+    Scene scene = flat(Vec3(2, 1, 0), 0.05, {Vec3::Zero(), Vec3(2, 0.5, 0)});
     scene.colliders = {box(Vec3::Zero(), Vec3(2, floor, 0), Vec3::Zero()), box(Vec3(0.32, lower, 0), Vec3(0.47, 0.9, 0), Vec3(0.5, 0, 0))};
     scene.effects = {gravity(2)};
     const auto simulation = make_simulation(scene, 24);
@@ -359,18 +357,9 @@ TEST(FluidSides, AThinPlateHoldsWaterBack) {
 
 /// [m] twice the height of the middle of what stands in a tank a metre wide, with a step in it, after half a second.
 double depth_beside(const base::Box& step, bool is_periodic) {
-  Scene scene;
-  Options& o = scene.options;
-  o.dimension = 2;
-  o.particles_per_cell = 4;
-  o.domain = {Vec3::Zero(), Vec3(1, 0.8, 0)};
-  o.cell = 0.05;
-  o.seeding = Seeding::regular;
-  if (is_periodic) o.boundary[0] = {Side::periodic, Side::periodic};
-  Body water;
-  water.name = "water";
-  water.shape.box = base::Box{Vec3::Zero(), Vec3(1, 0.4, 0)};
-  scene.bodies = {water};
+  Scene scene = flat(Vec3(1, 0.8, 0), 0.05, {Vec3::Zero(), Vec3(1, 0.4, 0)});
+  scene.options.seeding = Seeding::regular;
+  if (is_periodic) scene.options.boundary[0] = {Side::periodic, Side::periodic};
   scene.colliders = {box(step.lower, step.upper, Vec3::Zero())};
   scene.effects = {gravity(2)};
   const auto simulation = make_simulation(scene, 24);
@@ -395,20 +384,11 @@ TEST(FluidSides, ABoxThatEndsShortOfAPlaneOfFacesIsOneThatReachesIt) {
 TEST(FluidSides, AThinPlateBehindAPeriodicSideStopsWhatComesThroughIt) {
   std::vector<double> momentum;
   for (const double shift : {0.5, 0.0}) {
-    Scene scene;
-    Options& o = scene.options;
-    o.dimension = 2;
-    o.particles_per_cell = 4;
-    o.domain = {Vec3::Zero(), Vec3(1, 1, 0)};
-    o.cell = 0.02;
-    o.precision = Precision::double_precision;
-    o.seeding = Seeding::regular;
-    o.boundary[0] = {Side::periodic, Side::periodic};
-    Body water;
-    water.name = "water";
-    water.shape.box = shift > 0 ? base::Box{Vec3(0.3, 0.4, 0), Vec3(0.48, 0.6, 0)} : base::Box{Vec3(0.8, 0.4, 0), Vec3(0.98, 0.6, 0)};
-    water.velocity = Vec3(1, 0, 0);
-    scene.bodies = {water};
+    Scene scene = flat(Vec3(1, 1, 0), 0.02, shift > 0 ? base::Box{Vec3(0.3, 0.4, 0), Vec3(0.48, 0.6, 0)} : base::Box{Vec3(0.8, 0.4, 0), Vec3(0.98, 0.6, 0)});
+    scene.options.precision = Precision::double_precision;
+    scene.options.seeding = Seeding::regular;
+    scene.options.boundary[0] = {Side::periodic, Side::periodic};
+    scene.bodies[0].velocity = Vec3(1, 0, 0);
     scene.colliders = {box(Vec3(0.002 + shift, 0, 0), Vec3(0.012 + shift, 1, 0), Vec3::Zero())};
     const auto simulation = make_simulation(scene, 50);
     base::Ledger ledger;

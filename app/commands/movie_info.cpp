@@ -67,7 +67,9 @@ Json movie_info(const std::filesystem::path& file) {
       ask({"ffprobe", "-v", "error", "-count_packets", "-select_streams", "v:0", "-show_entries",
            "stream=codec_name,width,height,avg_frame_rate,nb_read_packets", "-of", "json", "-f", "mov", "-i", "file:" + file.string()});
   if (answer.failure != 0)
-    throw base::Error({.code = base::Exit::package, .file = file.string(), .message = "needs ffprobe, which cannot be started: " + std::system_category().message(answer.failure)});
+    throw base::Error({.code = base::Exit::package,
+                       .file = file.string(),
+                       .message = "needs ffprobe, which cannot be started: " + std::system_category().message(answer.failure)});
   const Json probed = Json::parse(answer.text, nullptr, /*allow_exceptions=*/false);
   if (!answer.well || !probed.is_object()) base::throw_input(file.string(), "not a movie that ffprobe can read");
   const Json streams = probed.value("streams", Json::array());

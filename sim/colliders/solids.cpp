@@ -107,8 +107,7 @@ bool Solids<D>::solid(const Cell<D>& place) const {
   const Cell<D> at = lattice.wrapped(place);
   if (behind_wall(at)) return true;
   if (shapes.empty()) return false;
-  base::Vec3 middle = origin;
-  for (int a = 0; a < D; ++a) middle[a] += (at[a] + 0.5) * cell;
+  const base::Vec3 middle = place_in(at, 0.5);
   return std::any_of(shapes.begin(), shapes.end(), [&](const Shape& s) { return s.distance(middle) < 0; });
 }
 

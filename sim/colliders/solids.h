@@ -36,6 +36,13 @@ struct Solids {
   /// As they are at t = 0.
   Solids(const Scene&, const Lattice<D>&);
 
+  /// [m] What lies `on` [cells] along each axis from a cell's lower corner.
+  base::Vec3 place_in(const Cell<D>& at, double on) const {
+    base::Vec3 place = origin;
+    for (int a = 0; a < D; ++a) place[a] += (at[a] + on) * cell;
+    return place;
+  }
+
   /// To where the colliders are at a time [s].
   void move_to(double time);
   double time() const { return time_; }

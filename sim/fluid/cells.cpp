@@ -96,21 +96,16 @@ Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& block
   for (std::size_t s = 0; s < solids.shapes.size(); ++s)
     if (const double speed = solids.velocities[s].norm(); speed > 0) moving.push_back({&solids.shapes[s], longest / speed * solids.velocities[s]});
   if (moving.empty()) return {};
-  const auto place = [&](const Cell<D>& cell, double on) {   // on from its lower corner by `on` [cells] along each axis
-    base::Vec3 p = solids.origin;
-    for (int a = 0; a < D; ++a) p[a] += (cell[a] + on) * solids.cell;
-    return p;
-  };
   return base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {
     Cells found;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      const base::Vec3 centre = place(Lattice<D>::cell_in(blocks.block(slot), 0), half);
+      const base::Vec3 centre = solids.place_in(Lattice<D>::cell_in(blocks.block(slot), 0), half);
       const double reach = half * std::sqrt(double(D)) * solids.cell + longest;
       for (const Moving& m : moving) {
         if (std::abs(m.shape->distance(centre)) > reach) continue;
         for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
           if (kind[i] != CellKind::air) continue;
-          const base::Vec3 middle = place(blocks.cell_at(i), 0.5);
+          const base::Vec3 middle = solids.place_in(blocks.cell_at(i), 0.5);
           if (m.shape->distance(middle) >= 0 && (m.shape->distance(middle + m.way) < 0 || m.shape->distance(middle + 0.5 * m.way) < 0)) found.push_back(i);
         }
       }
@@ -125,8 +120,8 @@ Cells cut_empty(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   if (solids.shapes.empty()) return {};
   const auto advances_on = [&](const Cell<D>& cell) {
-    base::Vec3 middle = solids.origin, normal;
-    for (int a = 0; a < D; ++a) middle[a] += (cell[a] + 0.5) * solids.cell;
+    const base::Vec3 middle = solids.place_in(cell, 0.5);
+    base::Vec3 normal;
     for (std::size_t s = 0; s < solids.shapes.size(); ++s)
       if (!solids.velocities[s].isZero(0) && solids.shapes[s].distance(middle, &normal) < std::sqrt(double(D)) * solids.cell &&
           normal.dot(solids.velocities[s]) > 0.1 * solids.velocities[s].norm())
@@ -149,8 +144,8 @@ Cells cut_empty(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks
 /// beside it, is liquid where liquid is around it and no air; cells in `unsettled`, a flag a cell, are neither. So are up to kByChance `cut`
 /// cells: particles miss what is left of them now and then.
 template <int D>
-void fill_wakes(const Cells& freed, const Cells& cut, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind,
-                const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+void fill_pockets(const Cells& freed, const Cells& cut, const std::vector<std::uint8_t>& unsettled, std::vector<CellKind>& kind,
+                  const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
   constexpr std::size_t kByChance = 3;
   if (freed.empty() && cut.empty()) return;
   enum : std::uint8_t { no, waits, is_of_a_group };
@@ -190,7 +185,7 @@ void settle_covered(const Cells& covered, const Cells& freed, const Cells& cut, 
   std::vector<CellKind> settled(covered.size(), CellKind::air);
   std::vector<std::uint8_t> is_covered(kind.size());
   for (const std::size_t i : covered) is_covered[i] = 1;
-  fill_wakes(freed, cut, is_covered, kind, blocks, open);
+  fill_pockets(freed, cut, is_covered, kind, blocks, open);
   fill_gaps_beside(covered, is_covered, kind, blocks, open);
   base::parallel_chunks(covered.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {

@@ -35,8 +35,7 @@ class Cutter {
  public:
   Cutter(const Solids<D>& solids, const Cell<D>& block) : solids_(solids), first_(Lattice<D>::cell_in(block, 0)) {
     constexpr double half = 0.5 * Lattice<D>::kBlock;
-    base::Vec3 middle = solids.origin;
-    for (int a = 0; a < D; ++a) middle[a] += (first_[a] + half) * solids.cell;
+    const base::Vec3 middle = solids.place_in(first_, half);
     for (std::size_t n = 0; n < solids.shapes.size(); ++n) {
       if (solids.shapes[n].distance(middle) > (half * std::sqrt(double(D)) + 1) * solids.cell) continue;
       const double thick = thickness(solids.shapes[n], D) / solids.cell;
