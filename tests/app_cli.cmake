@@ -28,3 +28,8 @@ set_tests_properties(plan_instructions PROPERTIES LABELS slow TIMEOUT 300 COST 4
 # Opens reports in headless Chromium.
 add_test(NAME report_in_browser CONFIGURATIONS full COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/browser.py $<TARGET_FILE:polypic>)
 set_tests_properties(report_in_browser PROPERTIES LABELS slow TIMEOUT 300 COST 20)
+# The tables of planted faults follow the sources.
+foreach(table transfer verify fluid)
+  add_test(NAME ${table}_faults_fit CONFIGURATIONS full COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/${table}_faults.py --fits)
+  set_tests_properties(${table}_faults_fit PROPERTIES LABELS fast TIMEOUT 60)
+endforeach()

@@ -1,7 +1,8 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -B
 """Plants faults in a copy of the liquid, one at a time, and shows which tests notice.
 
     tests/fluid_faults.py [BUILD_DIR [NUMBER...]]        default: build/fluid_faults, all of them
+    tests/fluid_faults.py --fits
 
 As tests/transfer_faults.py, whose machinery this is. What takes long runs only with the faults that are about it.
 """

@@ -1,7 +1,8 @@
-#!/usr/bin/python3
+#!/usr/bin/python3 -B
 """Plants faults in a copy of the transfers, one at a time, and shows which tests notice.
 
     tests/transfer_faults.py [BUILD_DIR [NUMBER...]]        default: build/faults, all of them
+    tests/transfer_faults.py --fits                         builds nothing: whether the sources still hold every line that a fault changes
 
 The copy is built once with all faults in it, each behind a number that the environment chooses, so a fault costs a run of the tests
 and no build. Prints a line a fault: its number, what it is, the tests that fail. Exits 1 when a fault goes unnoticed, or when a test fails
@@ -98,13 +99,8 @@ def numbered(text, own):
     return re.sub(r"@(\d*)", lambda m: f"planted({m[1] or own})", text)
 
 
-def plant(copy):
-    """The tree without what is built, with every fault in its place."""
-    for folder in "base sim tests cmake docs surface render app bench".split():
-        target = copy / folder
-        shutil.rmtree(target, ignore_errors=True)
-        shutil.copytree(ROOT / folder, target)   # keeps times: what did not change is not built again
-    shutil.copy2(ROOT / "CMakeLists.txt", copy)
+def planted_texts():
+    """The sources that faults change, by file, with every fault in its place."""
     texts = {}
     for number, (name, file, good, bad) in enumerate(FAULTS, 1):
         text = texts.setdefault(file, (ROOT / file).read_text())
@@ -112,6 +108,26 @@ def plant(copy):
         if text.count(good) != 1:
             give_up(f"fault {number}, {name}: {file} holds its line {text.count(good)} times, not once: {good}")
         texts[file] = text.replace(good, numbered(bad, number))
+    return texts
+
+
+def fits():
+    """Whether that is all that was asked; ends the program where a fault has no place."""
+    if sys.argv[1:] != ["--fits"]:
+        return False
+    planted_texts()
+    print(f"{len(FAULTS)} faults have their place")
+    return True
+
+
+def plant(copy):
+    """The tree without what is built, with every fault in its place."""
+    texts = planted_texts()
+    for folder in "base sim tests cmake docs surface render app bench".split():
+        target = copy / folder
+        shutil.rmtree(target, ignore_errors=True)
+        shutil.copytree(ROOT / folder, target)   # keeps times: what did not change is not built again
+    shutil.copy2(ROOT / "CMakeLists.txt", copy)
     of_table = max(pathlib.Path(f).stat().st_mtime for f in (__file__, sys.argv[0]))
 
     def write(file, text):   # as old as what it is made of, so that a second run builds nothing
@@ -158,6 +174,8 @@ def failing(folder, suite, fault, without=()):
 
 
 def main():
+    if fits():
+        return 0
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build/faults").resolve()
     copy = folder / "source"
     copy.mkdir(parents=True, exist_ok=True)
