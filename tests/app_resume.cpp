@@ -135,6 +135,9 @@ TEST_F(Resume, NamesTheChangedKeyOfASimulation) {
   EXPECT_EQ(error.at("key"), "sim.cell");
   EXPECT_EQ(error.at("value"), "0.06");
   EXPECT_EQ(error.at("file"), "out/x/shot.toml");
+  // The five other sides come with the one that is written: they are not told.
+  EXPECT_EQ(run({"run", "x.toml", "--set", "sim.boundary.y_upper=open"}).err,
+            "polypic: out/x/shot.toml: sim.boundary.y_upper = \"open\": the frames here were made without it (--restart or another --out goes on)\n");
   EXPECT_TRUE(content() == before);
   run_well({"run", "x.toml", "--set", "sim.cell=0.06", "--out", "other"});
   run_well({"simulate", "x.toml", "--set", "shot.checkpoint_every=1", "--set", "shot.checkpoint_keep=5", "--set", "sim.audit=true"});   // in no hash

@@ -396,6 +396,23 @@ TEST(SolidStep, GoesOnToTheBitWithTheWorkOfGravity) {
   EXPECT_NE(again->totals().gravity_work, 0);
 }
 
+// On a slope without ends a block that the ground holds falls no further than it shears.
+TEST(SolidStep, GravityWorksByTheWayThatContactLeaves) {
+  Scene scene = walled_scene(2, 1, 0.05);
+  scene.options.boundary[0] = {Side::periodic, Side::periodic};
+  scene.options.boundary[1] = {Side::sticky, Side::sticky};
+  scene.options.seeding = Seeding::regular;
+  scene.bodies = {block({0.3, 0, 0}, {0.7, 0.2, 0}, kJelly)};
+  scene.effects = {{"gravity", {3, -9.81, 0}}};
+  const auto simulation = make_simulation(scene, 50);
+  const double start = mean_position(simulation->frame()).x();
+  double work = 0;
+  for (const Totals& t : run(*simulation, 25)) work += t.gravity_work;
+  const double way = mean_position(simulation->frame()).x() - start, of_the_way = simulation->totals().mass * 3 * way;
+  EXPECT_GT(way, 1e-4);
+  EXPECT_NEAR(work, of_the_way, 0.15 * of_the_way);   // it swings: half a step's momentum is still to move it
+}
+
 TEST(SolidStep, AMaterialTooStiffForItsFramesIsRefusedWithItsCause) {
   Scene scene = open_scene(2, 1, 0.05);
   Material hard = kJelly;

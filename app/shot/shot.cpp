@@ -338,13 +338,13 @@ std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const S
   auto before = flat(stage_keys(then, stage)), after = flat(stage_keys(now, stage));
   for (auto* keys : {&before, &after}) std::sort(keys->begin(), keys->end());   // the order in which they are told
   const std::map<std::string, std::string> old(before.begin(), before.end()), fresh(after.begin(), after.end());
-  std::vector<ChangedKey> changed;
+  std::vector<ChangedKey> changed, of_itself;   // keys that nobody wrote come and go with one that somebody did
   for (const auto& [key, value] : after)
-    if (const auto found = old.find(key); found == old.end()) changed.push_back({key, "", value});
+    if (const auto found = old.find(key); found == old.end()) (find_value(now.written, key) ? changed : of_itself).push_back({key, "", value});
     else if (found->second != value) changed.push_back({key, found->second, value});
   for (const auto& [key, value] : before)
-    if (!fresh.contains(key)) changed.push_back({key, value, ""});
-  return changed;
+    if (!fresh.contains(key)) (find_value(then.written, key) ? changed : of_itself).push_back({key, value, ""});
+  return changed.empty() ? of_itself : changed;
 }
 
 bool is_resolved(const std::string& text) {

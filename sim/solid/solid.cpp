@@ -61,7 +61,6 @@ class Solid final : public Simulation {
     step_.scatter(dt, groups_, ledger);
     step_.update(dt, gravity_, ledger);
     check_grid();
-    add_gravity_work(dt);
     try {
       hold(step_.gather(dt, keep(dt), groups_, ledger));
     } catch (const LostParticle& lost) {
@@ -70,6 +69,7 @@ class Solid final : public Simulation {
                                               lost.id, bodies_[lost.group], lost.place, dt),
                                   kSmallerSteps, int(lost.group)});
     }
+    add_gravity_work(dt);
     steps_.largest_cfl = std::max(steps_.largest_cfl, limits_.speed * dt / options_.cell);   // of the velocities that have moved them
     ++steps_.all;
     return dt >= left ? 0 : left - dt;
@@ -163,12 +163,11 @@ class Solid final : public Simulation {
     return sum;
   }
 
-  /// By the grid's momentum, which has the same bits after a restart: the particles' is then summed in another order.
+  /// Of a step that is over. By the grid's momentum at its start, which has the same bits after a restart: the particles' is then summed in another
+  /// order; and by what contact has left of it at its end.
   void add_gravity_work(double dt) {
-    double mass = 0;
-    for (const auto& g : groups_) mass += g.particles.mass * double(g.particles.size());
     for (int a = 0; a < D; ++a)
-      if (options_.periodic(a)) gravity_work_ += dt * gravity_[a] * (step_.scattered().momentum[a] + 0.5 * dt * gravity_[a] * mass);
+      if (options_.periodic(a)) gravity_work_ += 0.5 * dt * gravity_[a] * (step_.scattered().momentum[a] + momentum_[a]);
   }
 
   void check_grid() const {
