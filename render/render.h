@@ -251,6 +251,10 @@ Image read_image(const std::filesystem::path&);
 
 /// Throws base::Error (exit 2) for a picture that no environment can be made of.
 void check_environment(const std::filesystem::path&);
+/// Throws base::Error (exit 2) for a piece of the set that cannot be read, or not be placed.
+void check_set_piece(const SetPiece&);
+/// Throws base::Error (exit 2) where more surfaces are dielectric than are told apart.
+void check_media(const Setting&);
 
 struct ImageDifference {
   std::vector<base::Differences> by_channel;                // in the order of the image's channels

@@ -1,6 +1,5 @@
 // The keys of [render], [camera], [[light]] and [look.NAME].
 #include <algorithm>
-#include <cmath>
 
 #include "render/attribute/attribute.h"
 #include "render/render.h"

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cinttypes>
 #include <cstdio>
-#include <limits>
 #include <optional>
 #include <system_error>
 

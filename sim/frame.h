@@ -60,6 +60,9 @@ struct Totals {
   std::int64_t held_strains = 0;          // particle steps in which a law met the end of its range
   std::int64_t steps_by_sound = 0, steps_by_loose = 0, steps_by_motion = 0;   // what set the length of steps; the rest ended the frame
   double shortest_step = 0;               // [s]
+
+  /// [J] of all kinds.
+  double energy() const { return kinetic_energy + potential_energy + elastic_energy.value_or(0); }
 };
 
 }  // namespace sim

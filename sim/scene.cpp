@@ -92,6 +92,11 @@ void check_domain(const Options& o, base::Params& p) {
   p.require(cells <= kMostCells, "cell", fmt::format("makes {:.3g} cells; at most {:.3g} are possible", cells, kMostCells));
   p.require(cells > kMostCells || fits, "cell",
             fmt::format("makes {:.3g} cells along an edge; at most {:.3g} are possible", most, kMostCellsOfAnEdge));
+  double farthest = 0;
+  for (int a = 0; a < o.dimension; ++a) farthest = std::max({farthest, std::abs(o.domain.lower[a]), std::abs(o.domain.upper[a])});
+  const double apart = farthest * double(std::numeric_limits<float>::epsilon());
+  p.require(!fits || apart <= o.cell / 4, "domain",
+            fmt::format("is so far from 0 that numbers in files, which are single precision, lie {:.2g} m apart there, and a cell is {} m", apart, o.cell));
   if (fits && !is_multiple(size, o.cell)) p.require(false, "cell", "the domain is no multiple of it" + other_cells(size, o.cell));
 }
 

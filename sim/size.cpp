@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "sim/effects/gravity.h"
-#include "sim/fluid/pace.h"
+#include "sim/pace.h"
 #include "sim/seeding.h"
 #include "sim/solid/make_model.h"
 

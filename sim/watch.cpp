@@ -13,9 +13,6 @@ namespace {
 
 constexpr const char* kShorterSteps = "a smaller sim.cfl or sim.sound_cfl, or fewer modes with carry \"hybrid\", may help";
 
-/// [J] All of it; potential energy counts from the side that gravity points to, so that it is never below 0.
-double energy_of(const Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
-
 bool is_unstable(const base::Error& e) { return e.complaint().code == base::Exit::unstable; }
 
 /// The violation, of whatever told it: the pressure's solver knows no frame.
@@ -50,7 +47,7 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
 
 void Watch::begin() {
   memory_ = {};
-  memory_.start = memory_.least = energy_of(totals_);
+  memory_.start = memory_.least = totals_.energy();
   memory_.least_at = double(state_.frame);
   memory_.particles = double(totals_.particles);
   keep();
@@ -187,7 +184,7 @@ void Watch::stop(const Memory& before, const base::Error& e, const std::string& 
 Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
   Memory now = before;
   const std::int64_t frame = state_.frame + 1;
-  const double energy = energy_of(t);
+  const double energy = t.energy();
   const auto violated = [&](const char* law, std::string what, const char* remedy) { return Violation{law, std::move(what), remedy}; };
   const auto with_culprit = [&](Violation v, Suspect suspect, std::int64_t since) {
     Culprit who = find_culprit(suspect, scene_, *simulation_);

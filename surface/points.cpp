@@ -7,14 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
 
 #include "base/error.h"
 #include "surface/files/vdb_file.h"
+#include "surface/scalars.h"
 #include "surface/surface.h"
 
 namespace surface {
@@ -29,14 +28,6 @@ using VectorArray = openvdb::points::TypedAttributeArray<Vec3f>;        // NullC
 using IdArray = openvdb::points::TypedAttributeArray<std::int64_t>;
 using ScaleArray = openvdb::points::TypedAttributeArray<float>;
 using BodyArray = openvdb::points::TypedAttributeArray<std::int32_t>;
-
-/// What a frame may hold a number of for each particle, and its name in the file.
-struct Scalar {
-  const char* name;
-  std::vector<float> sim::Frame::* values;
-};
-constexpr std::array<Scalar, 3> kScalars = {
-    {{"pressure", &sim::Frame::pressure}, {"strain", &sim::Frame::strain}, {"mode_energy", &sim::Frame::mode_energy}}};
 
 /// [m] power of two next to the edge of a cell with eight particles.
 double point_voxel(const sim::Frame& frame) { return frame.pscale > 0 ? std::exp2(std::round(std::log2(3.2 * frame.pscale))) : 1.0 / 32; }

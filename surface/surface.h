@@ -97,8 +97,9 @@ VolumeDifference compare_volumes(const std::filesystem::path& a, const std::file
 struct PointDifference {
   std::vector<std::string> unlike;                     // "pscale: ..."
   std::uint64_t count_a = 0, count_b = 0, only_a = 0, only_b = 0;
-  std::uint64_t over = 0;                              // pairs of which position or velocity is over the limit
+  std::uint64_t over = 0;                              // pairs of which something is over the limit, or whose bodies differ
   base::Differences position, velocity;                // [m], [m/s]
+  std::vector<std::pair<std::string, base::Differences>> scalars;   // of what both hold: "pressure" ...; [1] of the largest of both files
 };
 PointDifference compare_points(const std::filesystem::path& a, const std::filesystem::path& b, double limit);
 

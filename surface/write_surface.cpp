@@ -13,8 +13,9 @@
 namespace surface {
 namespace {
 
-constexpr float kBand = 3;      // [voxels] half-width of the narrow band that is written
-constexpr float kBelow = 0.5f;  // [voxels] the cut lies this far below the floor: no light between water and ground
+constexpr float kBand = 3;             // [voxels] half-width of the narrow band that is written
+constexpr float kBelow = 0.5f;         // [voxels] the cut lies this far below the floor: no light between water and ground
+constexpr float kLargestHalf = 65504;  // as which what is faster [m/s] is written, where a half would be infinite
 
 openvdb::Vec3d to_vdb(const base::Vec3& v) { return {v[0], v[1], v[2]}; }
 
@@ -107,7 +108,9 @@ Grids grids_of(const Fields& fields, const field::Lattice& lattice) {
       const std::size_t at = b * field::kVoxels + v;
       if (std::fabs(d[v]) < kBand) {
         level->setValueOn(v, d[v] * float(lattice.voxel));
-        velocity->setValueOn(v, openvdb::Vec3f(fields.velocity[0][at], fields.velocity[1][at], fields.velocity[2][at]));
+        openvdb::Vec3f u;
+        for (int a = 0; a < 3; ++a) u[a] = std::clamp(fields.velocity[std::size_t(a)][at], -kLargestHalf, kLargestHalf);
+        velocity->setValueOn(v, u);
       } else {
         level->setValueOff(v, std::copysign(background, d[v]));
       }

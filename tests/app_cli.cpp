@@ -115,6 +115,7 @@ TEST_F(CommandLine, PutsAnOverrideInPlaceOfTheFile) {
 }
 
 TEST_F(CommandLine, BlamesWhatIsFoundOutLaterOnTheOverrideToo) {
+  const LimitedMemory of_no_machine;
   write("x.toml", kSmallShot);
   const auto expect_blame = [&](const std::string& set, const std::string& key) {
     expect_refusal({"run", "x.toml", "--set", set}, 2, {"polypic: --set " + set + ": " + key});
@@ -123,6 +124,17 @@ TEST_F(CommandLine, BlamesWhatIsFoundOutLaterOnTheOverrideToo) {
   expect_blame("body.1.shape.box=[[0,0,0],[0.001,0.001,0.001]]", "body.column.shape: no particle: it is too small");
   expect_blame("sim.cell=0.0005", "sim.cell = 0.0005 m: needs ");
   expect_blame("render.width=60000", "render.width");
+}
+
+TEST_F(CommandLine, FindsWhatNoPictureCanShowBeforeItSimulates) {
+  std::string glass = kSmallShot;
+  for (int i = 0; i < 64; ++i)
+    glass += "[[collider]]\nname = \"c" + std::to_string(i) + "\"\nshape.sphere = { center = [0.5, 0.2, 0.2], radius = 0.05 }\nlook = \"glass\"\n";
+  write("x.toml", glass);
+  expect_refusal({"run", "x.toml"}, 2, {"polypic: x.toml: look: 65 dielectric surfaces; at most 64 are told apart\n"});
+  write("m.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n");
+  write("x.toml", std::string(kSmallShot) + "[[set]]\nname = \"far\"\nmesh = { file = \"m.obj\", scale = 1e15 }\n");
+  expect_refusal({"run", "x.toml"}, 2, {"set.far.mesh.file: ", "m.obj: vertex 2 is not finite when scaled and translated\n"});
 }
 
 TEST_F(CommandLine, NamesTheKeyOfAnEnvironmentThatIsMissing) {

@@ -61,7 +61,7 @@ TEST_F(PlanCommand, TellsAPersonWhatIsOnWhyAndWhatItCosts) {
   ASSERT_EQ(outcome.exit, 0) << outcome.err;
   for (const char* line :
        {"\nsimulate +liquid +sim\\.solver +\"fluid\"\n|^simulate +liquid +sim\\.solver +\"fluid\"\n", "\n +polypic +sim\\.transfer +\"polypic\"\n",
-        "\n +gravity +effect\\.1\\.kind +\"gravity\"\n", "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
+        "\n +gravity +effect\\.1\\.acceleration +\\[0, 0, -9\\.81\\]\n", "\nsurface +level set +sim\\.dimension +3\n", "\nrender +path tracing +sim\\.dimension +3\n",
         "\noff: solid, .*\\bflip\\b.*\\bcolliders\\b.*\\bgrains in pictures\\b",
         "\nparticles +[0-9]+, each 172 B: cell 12, offset 12, id 8, coefficients 96, order 44\n",
         "\nsimulate +sort p2g sums forces pressure extrapolate volume g2p advect collide watch write_points checkpoint\n",
@@ -115,6 +115,25 @@ TEST_F(PlanCommand, TellsAProgramTheSame) {
   EXPECT_NEAR(predicted["peak_bytes"].get<double>(), run["peak_bytes"].get<double>(), 0.1 * run["peak_bytes"].get<double>());
 }
 
+TEST_F(PlanCommand, NamesTheKeyThatDecides) {
+  write("y.toml", std::string(kSmallShot) +
+                      "[[collider]]\nname = \"still\"\nshape.box = [[0.5, 0, 0], [0.6, 0.1, 0.1]]\n"
+                      "[[collider]]\nname = \"mover\"\nshape.box = [[0.5, 0.2, 0], [0.6, 0.3, 0.1]]\nvelocity = [0, 0, 1]\n"
+                      "[look.clear]\nmodel = \"dielectric\"\n[look.milk]\nmodel = \"dielectric\"\nscattering = [1, 1, 1]\n");
+  const Json plan = Json::parse(run({"plan", "y.toml", "--json", "--quiet", "--frames", "1", "--set", "effect.1.acceleration=[0,0,0]", "--set",
+                                     "body.1.look=\"milk\""}).out);
+  const auto decides = [&](const std::string& name) {
+    for (const Json& effect : plan.at("effects"))
+      if (effect.at("name") == name) return effect.value("on", false) ? std::string(effect.at("key")) : "not " + std::string(effect.at("key"));
+    return std::string("no such effect");
+  };
+  EXPECT_EQ(decides("gravity"), "not effect.1.acceleration");
+  EXPECT_EQ(decides("moving colliders"), "collider.mover.velocity");
+  EXPECT_EQ(decides("milkiness"), "look.milk.scattering");
+  EXPECT_EQ(decides("depth of field"), "not camera.aperture");
+  EXPECT_EQ(decides("diffuse"), "look");   // the ground's, which comes with the program
+}
+
 TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   EXPECT_NE(run({"plan", "x.toml"}).err.find("measuring small runs"), std::string::npos);
   const Outcome again = run({"plan", "x.toml", "--set", "render.width=80"});
@@ -137,6 +156,7 @@ TEST_F(PlanCommand, MeasuresNothingForAReaderThatIsGone) {
 }
 
 TEST_F(PlanCommand, NamesTheMemoryThatARunNames) {
+  const LimitedMemory of_no_machine;
   const auto with = [&](const std::string& command) {
     const std::string err = run({command, "x.toml", "--set", "sim.cell=0.0005", "--frames", "1"}).err;
     return err.substr(0, err.find(", and there are"));
@@ -180,6 +200,7 @@ TEST_F(PlanCommand, DrawsOverNothingThatTheShotIsMadeFrom) {
 }
 
 TEST_F(PlanCommand, RefusesWhatCannotFitBeforeItStarts) {
+  const LimitedMemory of_no_machine;
   for (const std::string command : {"plan", "run", "simulate"}) {
     const Outcome outcome = run({command, "x.toml", "--set", "sim.cell=0.0005"});
     EXPECT_EQ(outcome.exit, 2) << command;

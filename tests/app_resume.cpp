@@ -177,6 +177,57 @@ TEST_F(Resume, ASurfaceOfOtherKeysIsNotRendered) {
             "polypic: out/x/shot.toml: surface.smooth = 1: the frames here were made with 8 (surface makes them again; another --out leaves them)\n");
 }
 
+TEST_F(Resume, AStageThatIsMadeAnewNamesTheChangedKeyOfWhatItReads) {
+  write("t.obj", "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write("m.toml", std::string(kSmallShot) + "\n[[body]]\nname = \"stone\"\nshape.mesh = { file = \"t.obj\", translate = [0.3, 0, 0] }\n");
+  run_well({"run", "m.toml", "--frames", "1", "--preview", "--set", "preview.draw=\"surface\""});
+  const auto refused = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, "m.toml");
+    words.insert(words.end(), {"--frames", "1", "--json"});
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit, 4) << outcome.err;
+    return std::string(Json::parse(outcome.out).at("error").value("key", "none")) + ": " + outcome.err.substr(outcome.err.find('('));
+  };
+  EXPECT_EQ(refused({"surface", "--restart", "--set", "sim.cfl=0.5"}), "sim.cfl: (simulate --restart or another --out goes on)\n");
+  EXPECT_EQ(refused({"render", "--restart", "--set", "surface.smooth=2"}), "surface.smooth: (surface makes them again; another --out leaves them)\n");
+  EXPECT_EQ(refused({"render", "--preview", "--set", "preview.draw=\"surface\"", "--set", "surface.smooth=2"}),
+            "surface.smooth: (surface makes them again; another --out leaves them)\n");
+  write("t.obj", text_of(folder / "t.obj") + "\n");
+  EXPECT_EQ(refused({"run"}), "body.stone.shape.mesh.file: (--restart or another --out goes on)\n");
+}
+
+TEST_F(Resume, PreviewsOfTheSurfaceGoWithIt) {
+  const std::vector<std::string> drawn = {"--frames", "1", "--set", "preview.draw=\"surface\""};
+  const auto with = [&](std::vector<std::string> words) { return words.insert(words.end(), drawn.begin(), drawn.end()), words; };
+  run_well(with({"run", "x.toml", "--preview"}));
+  run_well(with({"surface", "x.toml", "--restart"}));
+  for (const std::string name : {"preview/preview.0001.png", "preview.mp4", "images/beauty.0001.png", "movie.mp4"})
+    EXPECT_FALSE(fs::exists(folder / "out/x" / name)) << name;
+  EXPECT_TRUE(fs::exists(folder / "out/x/points/points.0001.vdb"));
+}
+
+TEST_F(Resume, ARefusedCommandOfOtherKeysLeavesTheRunAsItWas) {
+  run_well({"run", "x.toml"});
+  const std::string before = text_of(folder / "out/x/run.json");
+  EXPECT_EQ(run({"render", "x.toml", "--frames", "7", "--set", "render.exposure=3"}).exit, 2);
+  EXPECT_EQ(text_of(folder / "out/x/run.json"), before);
+}
+
+TEST_F(Resume, AFilledGapLeavesNoCheckpoint) {
+  const std::vector<std::string> simulate = {"simulate", "x.toml", "--frames", "1-14", "--set", "shot.checkpoint_every=5"};
+  run_well(simulate);
+  const auto good = content();
+  fs::remove(folder / "out/x/points/points.0007.vdb");
+  run_well(simulate);
+  EXPECT_TRUE(content() == good);
+}
+
+TEST_F(Resume, AMovieSaysWhichPicturesItLeavesOut) {
+  run_well({"run", "x.toml"});
+  const Outcome outcome = run_well({"render", "x.toml", "--frames", "2", "--set", "render.exposure=1"});
+  EXPECT_NE(outcome.out.find("movie  1 frame; 1 more are of other keys, or not whole\n"), std::string::npos) << outcome.out;
+}
+
 TEST_F(Resume, AnotherVersionOfTheProgramGoesOnWithNoSimulation) {
   run_well({"run", "x.toml"});
   const auto make_old = [&](const std::string& name) {

@@ -217,6 +217,21 @@ TEST_F(Strange, ATerminalThatGoesAwaySavesTheRun) {
   expect_no_dot_files();
 }
 
+TEST_F(Strange, BodiesWithoutNamesAreDrawnByTheirNumbers) {
+  std::string shot = "[shot]\nframes = 1\n[sim]\nsolver = \"solid\"\ndomain = [[0, 0, 0], [0.6, 0.3, 0.3]]\ncell = 0.03\n[render]\nspp = 1\n";
+  for (const std::string text : {"shape.box = [[0.1, 0, 0], [0.2, 0.1, 0.1]]\nmaterial = \"jelly\"\n", "shape.box = [[0.4, 0, 0], [0.5, 0.1, 0.1]]\nmaterial = \"steel\"\n"})
+    shot += "[[body]]\n" + text;
+  write("two.toml", shot);
+  ASSERT_EQ(run({"surface", "two.toml"}).exit, 2);
+  ASSERT_EQ(run({"simulate", "two.toml"}).exit, 0);
+  ASSERT_EQ(run({"surface", "two.toml"}).exit, 0);
+  std::vector<std::string> names;
+  const Json info = Json::parse(run({"info", "out/two/surface/surface.0001.vdb", "--json"}).out);
+  for (const Json& grid : info.at("grids")) names.push_back(grid.at("name"));
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, (std::vector<std::string>{"surface", "surface_1", "surface_2", "vel", "vel_1", "vel_2"}));
+}
+
 TEST_F(Strange, InfoKnowsEveryFileOfARun) {
   run_well({"run", "x.toml", "--preview"});
   fs::copy_file(folder / "out/x/checkpoint/state.0002.h5", folder / "out/x/checkpoint/state.0002.h5.bad2");

@@ -273,6 +273,26 @@ TEST_F(Diff, CountsPointsOfOneSideOnly) {
   diff({"a.vdb", "b.vdb", "--fail-percent", "3"}, 0);
 }
 
+TEST_F(Diff, LooksAtAllThatParticlesHold) {
+  sim::Frame frame = points(0, 99);
+  write_frame("plain.vdb", frame);
+  frame.body.assign(100, 0), frame.pressure.assign(100, 5), frame.strain.assign(100, 0), frame.mode_energy.assign(100, 1);
+  write_frame("all.vdb", frame);
+  EXPECT_EQ(diff({"all.vdb", "plain.vdb"}, 6).at("unlike"),
+            Json::parse(R"(["body: in the first only", "pressure: in the first only", "strain: in the first only", "mode_energy: in the first only"])"));
+  diff({"all.vdb", "all.vdb"}, 0);
+  for (const auto values : {&sim::Frame::pressure, &sim::Frame::strain, &sim::Frame::mode_energy}) {
+    sim::Frame other = frame;
+    (other.*values)[7] = (other.*values)[7] * 1.25f + 0.01f;
+    write_frame("other.vdb", other);
+    EXPECT_EQ(diff({"all.vdb", "other.vdb"}, 6).at("percent_over"), 1.0);
+  }
+  EXPECT_NEAR(diff({"all.vdb", "other.vdb"}, 6).at("mode_energy").at("max").get<double>(), 0.26 / 1.26, 1e-6);   // of the largest
+  frame.body[7] = 1;
+  write_frame("other.vdb", frame);
+  EXPECT_EQ(diff({"all.vdb", "other.vdb"}, 6).at("percent_over"), 1.0);
+}
+
 TEST_F(Diff, OfARunWithItselfIsNothingAndAMutantIsFound) {
   write("x.toml", kSmallShot);
   const auto film = [&](const std::string& out, const std::vector<std::string>& more) {
@@ -286,6 +306,7 @@ TEST_F(Diff, OfARunWithItselfIsNothingAndAMutantIsFound) {
   film("heavy", {"--frames", "3", "--set", "effect.1.acceleration=[0,0,-10]"});
   film("dark", {"--frames", "3", "--set", "render.bounces=1"});
   film("short", {"--frames", "1-2"});
+  film("bright", {"--frames", "3", "--set", "render.exposure=1"});   // of the PNG alone
 
   for (const std::string other : {"one", "again"}) {   // hours and seconds are others, and no difference
     const Json out = diff({"one", other}, 0);
@@ -309,6 +330,7 @@ TEST_F(Diff, OfARunWithItselfIsNothingAndAMutantIsFound) {
   const Json dark = diff({"one", "dark"}, 6);
   EXPECT_EQ(dark.at("first"), Json::parse(R"({"frame": 3, "stage": "render"})"));
   EXPECT_EQ(dark.at("stages").at(0).at("differ"), 0);
+  EXPECT_EQ(diff({"one", "bright"}, 6).at("first"), Json::parse(R"({"frame": 3, "stage": "render"})"));
   const Json cut = diff({"one", "short"}, 6);
   EXPECT_EQ(cut.at("stages").at(0).at("only_a"), Json::parse("[3]"));
   const std::string told = run({"diff", "one", "dark"}).out;

@@ -15,7 +15,7 @@ SLOW = "fluid_reflection fluid_dam_break".split()
 LONG_RUNS = ["FluidDamBreak.*", "FluidSloshing.*"]   # of fluid_liquid: ten seconds each
 PRESSURE, STEP, LIQUID, SOLIDS, FACES, CELLS, DISTANCE, SURFACE, ADVECT, WATCH, PACE, SOLVER, BUILD, COMPONENTS = (
     f"sim/{name}" for name in "fluid/pressure.cpp fluid/step.cpp fluid/liquid.cpp colliders/solids.cpp fluid/open_faces.cpp fluid/cells.cpp fluid/surface_distance.h fluid/surface_distance.cpp "
-    "fluid/advect.cpp fluid/energy_watch.h fluid/pace.h fluid/multigrid.cpp fluid/multigrid_build.cpp fluid/multigrid_components.cpp".split())
+    "fluid/advect.cpp fluid/energy_watch.h pace.h fluid/multigrid.cpp fluid/multigrid_build.cpp fluid/multigrid_components.cpp".split())
 
 # What is wrong, where, the text as it is and with the fault in it (@ is true where the fault is planted), and what of the slow tests is to see it.
 FAULTS = [

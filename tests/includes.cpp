@@ -20,7 +20,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {{"base", {}}, 
 /// Third-party headers that one folder, and there one file or room, may know.
 const std::map<std::string, std::vector<std::string>> kHomes = {
     {"embree3/", {"render/"}}, {"GL/", {"render/"}},  {"OpenImageIO/", {"render/"}}, {"openvdb/", {"surface/"}},
-    {"cholmod.h", {"sim/"}}, {"hwy/", {"sim/transfer/"}},   {"CLI/", {"app/"}},    {"toml++/", {"app/"}},         {"hdf5", {"sim/", "app/"}}};
+    {"cholmod.h", {"sim/"}}, {"hwy/", {"sim/transfer/"}},   {"CLI/", {"app/"}},    {"toml++/", {"app/shot/"}},    {"hdf5", {"sim/"}},
+    {"assimp/", {"render/files/"}}};
 
 std::vector<fs::path> sources_of(const std::string& folder) {
   std::vector<fs::path> files;
@@ -80,6 +81,6 @@ TEST(Includes, LibrariesStayInTheirHomes) {
               << file << " includes " << header;
           EXPECT_FALSE(library == "openvdb/" && file.extension() == ".h" && file.parent_path() == "surface") << file << " shows OpenVDB to others";
         }
-  for (const std::string library : {"embree3/", "GL/", "OpenImageIO/", "CLI/", "cholmod.h"})
+  for (const std::string library : {"embree3/", "GL/", "OpenImageIO/", "CLI/", "cholmod.h", "toml++/", "hdf5", "assimp/"})
     EXPECT_EQ(found[library].size(), 1u) << library << " is in several files";
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,6 +24,22 @@ struct Outcome {
   std::string out, err;
   /// Lines on standard error.
   std::int64_t complaints() const { return std::count(err.begin(), err.end(), '\n'); }
+};
+
+/// Programs that are started meanwhile may hold 8 GB, whatever the machine has.
+class LimitedMemory {
+ public:
+  LimitedMemory() {
+    ::getrlimit(RLIMIT_DATA, &before_);
+    const rlimit less{std::min<rlim_t>(8'000'000'000, before_.rlim_max), before_.rlim_max};
+    ::setrlimit(RLIMIT_DATA, &less);
+  }
+  ~LimitedMemory() { ::setrlimit(RLIMIT_DATA, &before_); }
+  LimitedMemory(const LimitedMemory&) = delete;
+  LimitedMemory& operator=(const LimitedMemory&) = delete;
+
+ private:
+  rlimit before_{};
 };
 
 /// A test whose files lie in a folder of its own, removed at the end.

@@ -24,6 +24,9 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
       {"[sim]\ncell = 1e-7\n", "x.toml:5:8: sim.cell = 1e-07 m: makes 1e+21 cells; at most 1e+17 are possible"},
       {"[sim]\ndomain = [[0, 0, 0], [4, 1e-8, 1e-8]]\ncell = 1e-9\n",
        "x.toml:6:8: sim.cell = 1e-09 m: makes 4e+09 cells along an edge; at most 1e+09 are possible"},
+      {"[sim]\ndomain = [[1e6, 0, 0], [1000001, 1, 1]]\n",
+       "x.toml:5:10: sim.domain = [[1000000, 0, 0], [1000001, 1, 1]] m: is so far from 0 that numbers in files, which are single precision, lie 0.12 m "
+       "apart there, and a cell is 0.02 m"},
       {"[sim]\ncell = 0.0001\n", "x.toml:5:8: sim.cell = 1e-04 m: makes up to 4e+12 particles; at most 4e+09 are possible"},
       {"[sim]\ncell = 0\n", "x.toml:5:8: sim.cell = 0 m: must be above 0"},
       {"[sim]\ncell = \"big\"\n", "x.toml:5:8: sim.cell = \"big\": must be a number above 0"},

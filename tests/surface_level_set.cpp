@@ -230,6 +230,14 @@ TEST(LevelSet, FileHoldsHalfFloatLevelSetAndVelocity) {
   EXPECT_EQ(grids[1].active, grids[0].active);
 }
 
+TEST(LevelSet, SpeedsBeyondTheLargestHalfAreThat) {
+  sim::Frame frame = ball(0.1);
+  for (Vec3f& v : frame.velocity) v = Vec3f(1e6f, 0, -1e6f);
+  const surface::Mesh mesh = mesh_of(frame);
+  ASSERT_FALSE(mesh.velocity.empty());
+  for (const Vec3f& v : mesh.velocity) EXPECT_EQ(v, Vec3f(65504, 0, -65504));
+}
+
 TEST(LevelSet, FrameWithoutParticlesGivesEmptyGrids) {
   const sim::Frame none = fill([](const Vec3&) { return false; });
   const auto grids = grids_of(none);

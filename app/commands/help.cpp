@@ -75,7 +75,8 @@ report.html in the run's directory shows frames, energy, volume and momentum ove
   polypic surface mine.toml --restart --set surface.voxel=0.005
 )"},
     {"render", std::string(R"(polypic render SHOT [options]     path traces the surface: images/beauty.0001.exr and .png ..., movie.mp4
-)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(draws quick previews instead, of what [preview] says; needs the points only
+)") + std::string(kShotOptions) + std::string(kPreviewOption) + R"(draws quick previews instead, of what [preview] says; needs the points only, or the surface where that is
+drawn
 
   polypic render mine.toml --frames 12
   polypic render mine.toml --restart --set render.spp=256

@@ -114,6 +114,7 @@ Json compare_point_files(const fs::path& a, const fs::path& b, const Tolerance& 
   out["only"] = {difference.only_a, difference.only_b};
   out["position"] = sums(difference.position);
   out["velocity"] = sums(difference.velocity);
+  for (const auto& [name, scalar] : difference.scalars) out[name] = sums(scalar);
   return out;
 }
 

@@ -103,7 +103,9 @@ const Part kParts[] = {
      }},
     {"render", Stage::render,
      [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
-       return compare_image_files(a.image(frame, ".exr"), b.image(frame, ".exr"), t);
+       Json light = compare_image_files(a.image(frame, ".exr"), b.image(frame, ".exr"), t);
+       if (light.value("max", 0.0) > 0 || !light["same"].get<bool>()) return light;   // what is displayed follows
+       return compare_image_files(a.image(frame, ".png"), b.image(frame, ".png"), t);
      }},
     {"preview", Stage::preview,
      [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {

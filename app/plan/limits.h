@@ -1,7 +1,6 @@
 #pragma once
 // What does not fit on this machine is refused before it starts.
 #include <filesystem>
-#include <optional>
 
 #include "app/plan/predict.h"
 

@@ -53,23 +53,27 @@ bool lies_under(const std::vector<std::string>& table, const std::vector<std::st
   return true;
 }
 
-// The first key of the shot that one of the row's keys means, and its value; of a row of choices, one that has the row's own. What is left empty
-// leaves it to the next key. Where there is none, what the row's first key means.
-std::pair<std::string, std::string> deciding(const std::vector<std::string_view>& row_keys,
-                                             const std::vector<std::pair<std::string, std::string>>& values) {
+// Whether a value as text asks for nothing: 0, a vector of zeros, false, or an empty text.
+bool is_nothing(const std::string& value) { return value == "false" || value == "\"\"" || value.find_first_not_of("[]-., 0") == std::string::npos; }
+
+// The first key of the shot that one of the effect's keys means, and its value: of an effect that is on one that asks for something, of choices the
+// effect's own. One that is off is so by what its first key means: where the shot has none, that key itself, or its table.
+std::pair<std::string, std::string> deciding(const base::PlannedEffect& effect, const std::vector<std::pair<std::string, std::string>>& values) {
+  const std::vector<std::string_view>& row_keys = effect.keys;
   const std::pair<std::string, std::string>* first = nullptr;
   const bool of_choices = row_keys.front().find('=') != std::string_view::npos;
   for (const std::string_view key : row_keys) {
+    if (!effect.on && !of_choices && key != row_keys.front()) break;
     const auto [pattern, choice] = split(key);
     if (choice.empty() == of_choices) continue;
     const std::vector<std::string> table = parts_of(pattern);
     for (const auto& entry : values) {
       if (!lies_under(table, parts_of(entry.first))) continue;
-      if (of_choices ? entry.second == '"' + std::string(choice) + '"' : entry.second != "\"\"") return entry;
-      if (!first && key == row_keys.front()) first = &entry;
+      if (of_choices ? entry.second == '"' + std::string(choice) + '"' : !is_nothing(entry.second)) return entry;
+      if (!first && entry.second != "\"\"" && (of_choices || key == row_keys.front())) first = &entry;
     }
   }
-  if (first) return *first;
+  if (first && !(effect.on && of_choices)) return *first;   // or what comes with the program chooses it, and no key does
   const std::string_view pattern = split(row_keys.front()).first;
   return {std::string(pattern.substr(0, std::min(pattern.find(".NAME"), pattern.find(".N.")))), ""};
 }
@@ -111,7 +115,7 @@ std::vector<ExplainedEffect> explained_effects(const Shot& shot) {
   for (const base::Plan& plan : plans_of(shot))
     for (const base::PlannedEffect& e : plan.effects) {
       auto [key, value] =
-          plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e.keys, shot.values);
+          plan.stage == "render" && !shot.has_pictures ? std::pair{std::string("render"), std::string()} : deciding(e, shot.values);
       effects.push_back({e.name, e.stage, e.on, std::move(key), std::move(value)});
     }
   return effects;

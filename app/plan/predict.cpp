@@ -31,6 +31,10 @@ class Predictor {
       if (frame <= kFirst) first_ = std::max(first_, frame);
     for (const base::PassRow& pass : plan_of(shot, Stage::simulate).passes)
       if (pass.often == base::PassRow::Often::step) step_keys_.push_back("simulate/" + std::string(pass.name));
+    for (const std::string& key : step_keys_) {
+      const double a = step_cost(pilot_.wide, 1, first_, key), c = step_cost(pilot_.fine, 1, first_, key);
+      a_step_ += c * std::pow(particles_ / pilot_.fine.particles, power(a, c, pilot_.wide.particles, pilot_.fine.particles, 0.1 * kTiny, 1));
+    }
   }
 
   Prediction predict(const FrameRange& range) const {
@@ -131,11 +135,7 @@ class Predictor {
 
   void add_simulation(std::int64_t frame, std::int64_t last, double late, Prediction& out) const {
     double& seconds = out.cpu["simulate"];
-    for (const std::string& key : step_keys_) {
-      const double a = step_cost(pilot_.wide, 1, first_, key), c = step_cost(pilot_.fine, 1, first_, key);
-      const double grown = std::pow(particles_ / pilot_.fine.particles, power(a, c, pilot_.wide.particles, pilot_.fine.particles, 0.1 * kTiny, 1));
-      seconds += steps(frame) * c * grown * (frame > first_ ? late : 1);
-    }
+    seconds += steps(frame) * a_step_ * (frame > first_ ? late : 1);
     const auto found = pilot_.fine.frames.find(std::min(frame, first_));
     if (found != pilot_.fine.frames.end())
       for (const auto& [key, unused] : found->second.cpu) {
@@ -176,6 +176,7 @@ class Predictor {
   const Shot& shot_;
   const Pilot& pilot_;
   double particles_ = 0, pixels_ = 0, samples_ = 0;
+  double a_step_ = 0;                       // [s] among the first frames, at the shot's size
   std::int64_t first_ = 1;
   std::vector<std::string> step_keys_;
 };

@@ -1,7 +1,6 @@
 #pragma once
 // From a pilot's micro-runs to what a shot will cost.
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 

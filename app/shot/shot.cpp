@@ -91,6 +91,8 @@ std::filesystem::path folder_of(const std::filesystem::path& file, std::string_v
 Shot make_shot(Reading reading, const std::filesystem::path& file, const std::filesystem::path& folder) {
   Shot shot = std::move(reading.shot);
   shot.name = file.stem().string();
+  for (std::size_t i = 0; i < shot.scene.bodies.size(); ++i)
+    if (std::string& name = shot.scene.bodies[i].name; name.empty()) name = std::to_string(i + 1);
   shot.file = file;
   shot.folder = folder;
   shot.resolved = shot_text(reading.given);
@@ -306,13 +308,18 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
     if (auto& mesh = shot.scene.bodies[i].shape.mesh)
       at_its_key(shot, "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
   for (std::size_t i = 0; i < sets.size(); ++i)
-    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { render::read_mesh(shot.render.sets[i].file); });
+    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { render::check_set_piece(shot.render.sets[i]); });
   for (std::size_t i = 0; i < shot.render.lights.size(); ++i)
     if (const render::Light& light = shot.render.lights[i]; light.kind == "environment")
       at_its_key(shot, "light." + std::to_string(i + 1) + ".file", [&] {
         require_file(shot.folder / light.file);
         render::check_environment(shot.folder / light.file);
       });
+  if (shot.has_pictures && shot.render.dimension == 3) try {
+      render::check_media(shot.render);
+    } catch (const base::Error& e) {
+      throw error_about(shot, e.complaint());
+    }
   if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene)) throw error_about(shot, empty->complaint);
   return shot;
 }

@@ -1,6 +1,5 @@
 #include "app/shot/toml.h"
 
-#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 #include <vector>

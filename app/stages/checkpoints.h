@@ -2,8 +2,6 @@
 // The checkpoints of a run's simulation: checkpoint/state.0010.h5, the last few kept. One that is not good is put aside under
 // another name, never deleted, and the one before is taken.
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <string>
 
 #include "app/stages/folder.h"

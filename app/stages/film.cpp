@@ -133,13 +133,14 @@ class FrameMaker {
 };
 
 // A film of every finished picture.
-void make_movies(const Making& m, Finished& finished) {
+void make_movies(const Making& m, Finished& finished, base::Progress& progress) {
   for (const Stage stage : {Stage::preview, Stage::render}) {
     if (!m.wants(stage)) continue;
     const Lock lock = Lock::take(m.folder.lock_of_movie(), stop_if_signalled);
     std::vector<std::int64_t> frames = m.folder.recorded_frames(stage);
     finished.look(stage, frames);
-    std::erase_if(frames, [&](std::int64_t frame) { return !finished.has(stage, frame); });
+    const std::size_t others = std::erase_if(frames, [&](std::int64_t frame) { return !finished.has(stage, frame); });
+    if (others > 0) progress.line("movie  " + base::count_of(frames.size(), "frame") + "; " + std::to_string(others) + " more are of other keys, or not whole");
     make_movie(m.folder, stage, frames, m.shot.fps, m.order.threads);
   }
 }
@@ -175,10 +176,15 @@ nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, Point
   FrameMaker frames(m, finished, points, progress);
   try {
     frames.make_all();
-    within_memory(m.shot, "the movie", [&] { make_movies(m, finished); });
+    within_memory(m.shot, "the movie", [&] { make_movies(m, finished, progress); });
     return write_run(m, progress);
   } catch (const Interrupted& e) {
-    const fs::path saved = points.save();
+    fs::path saved;
+    try {
+      saved = points.save();
+    } catch (const base::Error& full) {
+      progress.warn(full.what());
+    }
     write_stopped(m, frames.at(), 128 + e.signal(), "interrupted", progress);
     throw Interrupted(e.signal(), saved.string());
   } catch (const base::Error& e) {
@@ -187,6 +193,9 @@ nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, Point
       complaint.hint = "apt-get install ffmpeg, then: " + without_restart(m.order.command);
     write_stopped(m, frames.at(), static_cast<int>(complaint.code), base::to_line(complaint), progress);
     throw base::Error(std::move(complaint));
+  } catch (const std::exception& e) {
+    write_stopped(m, frames.at(), static_cast<int>(base::Exit::fault), e.what(), progress);
+    throw;
   }
 }
 
@@ -213,7 +222,7 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
 
 void remove_for_restart(const Making& m) {
   for (const Stage stage : {Stage::preview, Stage::render, Stage::surface, Stage::simulate})
-    if (std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return s == stage || is_below(stage, s, m.dimension()); }))
+    if (std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return s == stage || m.stands_on(stage, s); }))
       m.folder.remove_files(stage);
 }
 
@@ -283,7 +292,7 @@ std::unique_ptr<PointsMaker> prepare(const Making& m, FolderLock& lock, Finished
   } catch (const base::Error& e) {
     const base::Complaint& complaint = e.complaint();
     const bool of_others = m.order.restart && m.folder.has_frames();   // which are still there
-    if (lock.alone() && !of_others && complaint.code != base::Exit::resume_refused)
+    if (lock.alone() && !of_others && !reads_otherwise(m) && complaint.code != base::Exit::resume_refused)
       write_stopped(m, at, static_cast<int>(complaint.code), base::to_line(complaint), progress);
     throw;
   }

@@ -9,7 +9,7 @@
 
 namespace app {
 
-/// What leaves files of its own, in the order of the flow. A preview needs points only.
+/// What leaves files of its own, in the order of the flow. A preview of points needs these only.
 enum class Stage { simulate, surface, render, preview };
 std::string_view stage_name(Stage);
 

@@ -29,13 +29,27 @@ std::string names_of(const std::vector<ChangedKey>& changed, std::size_t from = 
   return names;
 }
 
+// The key that names the mesh of a body; empty where none has one.
+std::string key_of_mesh(const Shot& shot) {
+  for (const sim::Body& body : shot.scene.bodies)
+    if (body.shape.mesh) return "body." + body.name + ".shape.mesh.file";
+  return {};
+}
+
 // Frames of `stage` that were made with other keys are in the way.
-[[noreturn]] void refuse_changed(const Making& m, Stage stage, const std::vector<ChangedKey>& changed) {
-  if (changed.empty()) throw refusal(m.folder.root(), "the frames here were made with another shot");
+[[noreturn]] void refuse_changed(const Making& m, Stage stage, const std::vector<ChangedKey>& changed, const std::string& goes_on = kGoesOn) {
+  if (changed.empty()) {
+    base::Complaint complaint = refusal(m.folder.root(), "the frames here were made with another shot", goes_on).complaint();
+    std::error_code none;
+    if (stage == Stage::simulate && fs::exists(m.folder.shot(), none))
+      if (complaint.key = key_of_mesh(m.shot); !complaint.key.empty())
+        complaint.message = "the frames here were made with another content of the file";
+    throw base::Error(complaint);
+  }
   const ChangedKey& first = changed.front();
   std::string message = first.before.empty() ? "the frames here were made without it" : "the frames here were made with " + first.before;
   if (changed.size() > 1) message += "; " + names_of(changed, 1) + " changed too";
-  const std::string hint = stage == Stage::surface ? "surface makes them again; another --out leaves them" : kGoesOn;
+  const std::string hint = stage == Stage::surface ? "surface makes them again; another --out leaves them" : goes_on;
   throw base::Error(
       {.code = base::Exit::resume_refused, .file = m.folder.shot().string(), .key = first.key, .value = first.now, .hint = hint, .message = message});
 }
@@ -75,6 +89,12 @@ void add_once(std::vector<ChangedKey>& keys, const ChangedKey& key) {
 
 }  // namespace
 
+bool Making::stands_on(Stage stage, Stage upstream) const {
+  return is_below(stage, upstream, dimension()) || (upstream == Stage::surface && stage == Stage::preview && draws_surface_quickly());
+}
+
+bool Making::draws_surface_quickly() const { return dimension() == 3 && shot.render.preview.draw == "surface"; }
+
 bool Making::wants(Stage stage) const { return std::find(order.stages.begin(), order.stages.end(), stage) != order.stages.end(); }
 
 std::vector<std::int64_t> Making::frames() const {
@@ -88,7 +108,7 @@ std::string made_again(const Making& m) {
   std::string stages;
   std::vector<ChangedKey> why;
   const auto feeds = [&](Stage stage) {
-    return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return is_below(s, stage, m.dimension()); });
+    return std::any_of(m.order.stages.begin(), m.order.stages.end(), [&](Stage s) { return m.stands_on(s, stage); });
   };
   for (const Stage stage : {Stage::simulate, Stage::surface, Stage::preview, Stage::render}) {
     if (m.folder.recorded_frames(stage).empty()) continue;
@@ -117,9 +137,8 @@ std::vector<std::pair<Stage, Stage>> reads(const Making& m) {
   std::vector<std::pair<Stage, Stage>> pairs;
   for (const Stage stage : m.order.stages) {
     if (const auto above = stage_above(stage, m.dimension())) pairs.emplace_back(stage, *above);
-    if (m.dimension() == 2) continue;
-    if (stage == Stage::render && m.shot.render.draws_grains()) pairs.emplace_back(stage, Stage::simulate);
-    if (stage == Stage::preview && m.shot.render.preview.draw == "surface") pairs.emplace_back(stage, Stage::surface);
+    if (stage == Stage::render && m.dimension() == 3 && m.shot.render.draws_grains()) pairs.emplace_back(stage, Stage::simulate);
+    if (stage == Stage::preview && m.draws_surface_quickly()) pairs.emplace_back(stage, Stage::surface);
   }
   return pairs;
 }
@@ -141,7 +160,7 @@ void check_upstream(const Making& m, Finished& finished) {
       if (finished.has(above, frame)) continue;
       const auto record = read_record(m.folder, above, frame);
       if (!record) base::throw_input(file.string(), "is not finished; run " + run + " first");
-      if (record->hash != m.hashes.of(above)) throw refusal(file, "made from another shot", run + " --restart or another --out goes on");
+      if (record->hash != m.hashes.of(above)) refuse_changed(m, above, changes(m, above), run + " --restart or another --out goes on");
       if (record->version != kVersion && damaged_files(m.folder, *record).empty()) continue;   // another program's surface can be drawn
       base::throw_input(file.string(), "is damaged or out of date; run " + run + ", which makes it again");
     }

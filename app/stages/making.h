@@ -17,6 +17,10 @@ struct Making {
 
   std::int64_t dimension() const { return shot.scene.options.dimension; }
   bool wants(Stage) const;
+  /// Whether a stage of this shot has frames of `upstream` in its own.
+  bool stands_on(Stage, Stage upstream) const;
+  /// Whether previews show the surface: they stand on it then, too.
+  bool draws_surface_quickly() const;
   /// Those asked for; a simulation has to pass through all before.
   std::vector<std::int64_t> frames() const;
 };

@@ -13,8 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-Json file_json(const Record::File& file) { return {{"name", file.name}, {"bytes", file.bytes}, {"checksum", file.checksum}}; }
-
 // What a movie is made from, by the records of its pictures.
 Json ingredients(const Folder& folder, Stage stage, const std::vector<std::int64_t>& frames, double fps) {
   Json images = Json::array();

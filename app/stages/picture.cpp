@@ -33,8 +33,8 @@ double top_speed(const sim::Scene& scene) {
   return base::round_up(speed);
 }
 
-/// The end of a preview's colour bar, for all frames: a pressure that stops the fastest liquid, or strains a solid by a twentieth; a strain of a
-/// tenth; a thousandth of the energy at the top speed. Nothing where the colour needs no more than that speed.
+/// The end of a preview's colour bar, for all frames: a pressure that stops the fastest liquid, water_mpm among them, or strains a solid by a
+/// twentieth; a strain of a tenth; a thousandth of the energy at the top speed. Nothing where the colour needs no more than that speed.
 std::optional<double> preview_range(const Shot& shot) {
   const std::string& color = shot.render.preview.color;
   const double speed = top_speed(shot.scene);
@@ -42,8 +42,10 @@ std::optional<double> preview_range(const Shot& shot) {
   if (color == "mode_energy") return base::round_up(5e-4 * speed * speed);
   if (color != "pressure") return {};
   double top = 0;
-  for (const sim::Body& body : shot.scene.bodies)
-    top = std::max(top, shot.scene.options.is_solid() ? 0.05 * body.solid.young : 0.5 * body.density * speed * speed);
+  for (const sim::Body& body : shot.scene.bodies) {
+    const bool is_solid = shot.scene.options.is_solid(), has_shape = is_solid && body.solid.model != sim::Elasticity::tait;
+    top = std::max(top, has_shape ? 0.05 * body.solid.young : 0.5 * (is_solid ? body.solid.density : body.density) * speed * speed);
+  }
   return top > 0 ? base::round_up(top) : 1;
 }
 

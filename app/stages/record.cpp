@@ -108,8 +108,6 @@ Json passes_json(const std::map<std::string, base::PassCost, std::less<>>& passe
   return out;
 }
 
-Json file_json(const Record::File& file) { return {{"name", file.name}, {"bytes", file.bytes}, {"checksum", file.checksum}}; }
-
 Record::File file_from(const Json& json) { return {json.at("name"), json.at("bytes"), json.at("checksum")}; }
 
 Json to_json(const Record& record) {
@@ -170,6 +168,8 @@ Record::File file_of(const Folder& folder, const fs::path& file, const base::Fil
 }
 
 }  // namespace
+
+Json file_json(const Record::File& file) { return {{"name", file.name}, {"bytes", file.bytes}, {"checksum", file.checksum}}; }
 
 std::optional<Record::File> measure(const Folder& folder, const fs::path& file) {
   const auto sum = base::sum_of(file);

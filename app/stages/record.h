@@ -36,6 +36,8 @@ struct Record {
   std::optional<sim::Totals> totals = {};   // simulate only
 };
 
+/// {"name", "bytes", "checksum"}
+nlohmann::ordered_json file_json(const Record::File&);
 /// A file of the run as it is now; empty when it cannot be read.
 std::optional<Record::File> measure(const Folder&, const std::filesystem::path& file);
 /// The same of a file just written; throws base::Error (exit 5) with the reason when it cannot be read.

@@ -33,6 +33,12 @@ PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string has
 
 bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_search(missing_.begin(), missing_.end(), frame); }
 
+// A gap that is filled ends nothing: the frames behind it are there.
+bool PointsMaker::is_end(std::int64_t frame) const {
+  const std::vector<std::int64_t> recorded = folder_.recorded_frames(Stage::simulate);
+  return frame == missing_.back() && (recorded.empty() || recorded.back() <= frame);
+}
+
 double PointsMaker::make(std::int64_t frame) {
   assert(is_missing(frame) && watch_->state().frame <= frame);
   Stopwatch watch;
@@ -50,7 +56,7 @@ double PointsMaker::make(std::int64_t frame) {
   for (const sim::Column& column : watch_->state().columns)
     if (id && column.rows == id->rows && !is_of_the_run(column)) ledger.hold(column.name, static_cast<std::int64_t>(column.bytes.size()));
   surface::write_points(points, watch_->simulation().frame(), ledger);
-  if (frame > 1 && (frame % shot_.checkpoint_every == 0 || frame == missing_.back())) checkpoints_.write(watch_->state(), ledger);
+  if (frame > 1 && (frame % shot_.checkpoint_every == 0 || is_end(frame))) checkpoints_.write(watch_->state(), ledger);
   write_record(folder_, shot_.scene.options.dimension,
                {.stage = Stage::simulate, .frame = frame, .hash = hash_, .seconds = watch.seconds(),
                 .cpu_seconds = watch.cpu_seconds(), .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});

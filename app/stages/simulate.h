@@ -26,6 +26,7 @@ class PointsMaker {
   std::filesystem::path save() const;
 
  private:
+  bool is_end(std::int64_t frame) const;
   void advance(base::Ledger&);
   void check_repeats() const;
 

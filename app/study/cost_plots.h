@@ -1,7 +1,6 @@
 #pragma once
 // The plots of a study.
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "app/study/plot.h"

@@ -1,7 +1,6 @@
 #include "app/study/front.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/text.h"
+
 namespace app {
 namespace {
 
@@ -16,16 +18,8 @@ std::string superscript(int number) {
   return text;
 }
 
-/// 1, 2 or 5 times a power of ten, at least `least`.
-double round_step(double least) {
-  const double power = std::pow(10, std::floor(std::log10(least)));
-  for (const double digit : {1.0, 2.0, 5.0})
-    if (digit * power >= least * (1 - 1e-9)) return digit * power;
-  return 10 * power;
-}
-
 std::vector<Tick> linear_ticks(double low, double high) {
-  const double step = round_step((high - low) / kMostTicks);
+  const double step = base::round_up((high - low) / kMostTicks);
   std::vector<Tick> ticks;
   for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
     ticks.push_back({k * step, tick_text(std::abs(k * step) < 1e-9 * step ? 0 : k * step)});

@@ -24,8 +24,6 @@ std::vector<std::string> words_of(const ShotRun& run) {
   return words;
 }
 
-double energy_of(const sim::Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
-
 /// Of the simulation alone, whatever else was made of it.
 MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
   MeasuredRun run = {{"errors", MeasuredRun::object()}};
@@ -38,9 +36,9 @@ MeasuredRun measured_from(const Folder& folder, std::int64_t last) {
     const std::optional<Record> record = read_record(folder, Stage::simulate, frame);
     if (!record || !record->totals) base::throw_input(folder.record(Stage::simulate, frame).string(), "cannot be read");
     const sim::Totals& t = *record->totals;
-    if (frame == 1) start = energy_of(t);
+    if (frame == 1) start = t.energy();
     time.push_back(t.time);
-    energy.push_back(start != 0 ? energy_of(t) / start : 1);
+    energy.push_back(start != 0 ? t.energy() / start : 1);
     particles = t.particles, steps += t.substeps;
     seconds += record->seconds, cpu += record->cpu_seconds, peak = std::max(peak, record->peak_bytes);
     if (t.volume_drift) drift += std::abs(*t.volume_drift), ++drifts;

@@ -1,7 +1,6 @@
 #pragma once
 // The suite of hard cases: those of sim/verify.h and those about files, shots, restarts and threads. Runs them, and tells what they found.
 #include <filesystem>
-#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>

@@ -136,8 +136,7 @@ Followed follow(const Shot& shot, int threads, std::int64_t frames, bool restart
     const base::ScratchFolder folder;
     Followed found;
     auto simulation = sim::make_simulation(shot.scene, shot.fps);
-    const auto see = [&](const sim::Totals& t) { found.time.push_back(t.time),
-                                                found.energy.push_back(t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0)); };
+    const auto see = [&](const sim::Totals& t) { found.time.push_back(t.time), found.energy.push_back(t.energy()); };
     see(simulation->totals());
     base::Ledger ledger;
     for (std::int64_t frame = 2; frame <= frames; ++frame) {

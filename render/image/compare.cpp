@@ -1,7 +1,6 @@
 // Two images, value by value.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "render/render.h"

@@ -1,7 +1,5 @@
 #include "render/trace/albedo.h"
 
-#include <numbers>
-#include <vector>
 
 #include "render/trace/microfacet.h"
 #include "render/trace/optics.h"

@@ -1,7 +1,6 @@
 #pragma once
 // What shines by itself and is not met: areas, spheres, the sun, the sky, a picture of the surroundings. None blocks anything: light behind
 // one adds to its own, and a ray that finds one instead of the other makes no noise.
-#include <limits>
 #include <optional>
 #include <vector>
 

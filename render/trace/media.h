@@ -1,7 +1,5 @@
 #pragma once
 // What a ray flies through where dielectrics overlap: the one of highest priority is there, the others are not [Schmidt02].
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdint>
 

@@ -1,7 +1,6 @@
 #include "render/trace/scene.h"
 
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -126,7 +125,7 @@ Surface body_of(const Setting& setting, std::size_t body) {
 
 Ground make_ground(const Setting& setting, float reach, const Vec3f& middle) {
   Ground ground{.material = material_of(setting, "ground", "look.ground"), .z = static_cast<float>(setting.domain.lower.z()),
-                .middle = middle.head<2>(), .solid_to = 1.5f * reach, .gone_from = 7 * reach};
+                .middle = middle.head<2>(), .solid_to = 1.5f * reach, .gone_from = 4 * reach};
   if (setting.options.ground == "none") ground.form = Ground::Form::none;
   if (setting.options.ground == "cyclorama") {
     ground.form = Ground::Form::cyclorama;
@@ -150,7 +149,10 @@ const RoughBoundary& Scene::rough_boundary(float alpha, float eta, bool& back) c
   return rough.front();  // every pair has been tabulated
 }
 
-Scene make_scene(const Setting& setting) {
+namespace {
+
+/// All but the meshes of set pieces, which are files.
+Scene make_surfaces(const Setting& setting) {
   Scene scene;
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
   for (const sim::Collider& c : setting.colliders) {
@@ -161,9 +163,17 @@ Scene make_scene(const Setting& setting) {
   }
   for (const ColliderImage& image : setting.images) scene.surfaces[1 + image.collider].shapes.push_back(image.shape);
   for (const SetPiece& piece : setting.sets)
-    scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look"), .mesh = placed(piece)});
+    scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look")});
   for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) scene.surfaces.push_back(body_of(setting, body));
   rank_media(scene);
+  return scene;
+}
+
+}  // namespace
+
+Scene make_scene(const Setting& setting) {
+  Scene scene = make_surfaces(setting);
+  for (std::size_t i = 0; i < setting.sets.size(); ++i) scene.surfaces[1 + setting.colliders.size() + i].mesh = placed(setting.sets[i]);
   tabulate_rough_boundaries(scene);
   scene.lights = make_lights(setting.lights.empty() ? default_lights(setting.domain) : setting.lights, setting.folder);
   const float reach = static_cast<float>(0.5 * setting.domain.size().norm());
@@ -176,3 +186,10 @@ Scene make_scene(const Setting& setting) {
 }
 
 }  // namespace render::trace
+
+namespace render {
+
+void check_set_piece(const SetPiece& piece) { trace::placed(piece); }
+void check_media(const Setting& setting) { trace::make_surfaces(setting); }
+
+}  // namespace render

@@ -37,6 +37,8 @@ class Stream {
 
 }  // namespace
 
+constexpr float kLeastExtinction = 1e-30f;   // [1/m]
+
 /// Samples a length in the medium by one of the colours, weighed as if by all [PBRT4 14.2]. True when the path is scattered before t.
 bool Integrator::flies_through(Path& path, const Material& medium, float t, Work& work) const {
   const sampling::Point u = work.points.point(work.sample, path.dimension++);
@@ -53,7 +55,7 @@ bool Integrator::flies_through(Path& path, const Material& medium, float t, Work
   path.weight.array() *= medium.scattering.array() * through / (share * extinction * through).sum();
   ++path.scattered;
   path.counted = false;
-  guide(path, (medium.scattering.array() / extinction).matrix(), -path.ray.direction, work);
+  guide(path, (1 - medium.absorption.array() / extinction.max(kLeastExtinction)).matrix(), -path.ray.direction, work);   // 1 of a colour that passes
   const Vec3f point = path.ray.origin + length * path.ray.direction;
   const Frame frame(path.ray.direction);
   const Spot spot{point, path.ray.direction, frame, -Vec3f::UnitZ(), path.media};

@@ -43,8 +43,10 @@ Shape continued_through_walls(Shape shape, const Options& o) {
 
 bool is_met_by_nodes(const Collider& collider, const Options& o) {
   const Shape shape = continued_through_walls(collider.shape, o);
-  if (thickness(shape, o.dimension) < o.cell * (1 - 1e-6)) return false;
+  const double least = thickness(shape, o.dimension);
+  if (least < o.cell * (1 - 1e-6)) return false;
   if (shape.box && !shape.turn) return true;
+  if (least >= std::sqrt(double(o.dimension)) * o.cell * (1 + 1e-6)) return true;   // the ball in its middle holds a node wherever it lies
   const base::Box bounds = shape.bounds();
   std::array<std::int64_t, 3> first{}, last{};
   for (int a = 0; a < o.dimension; ++a) {

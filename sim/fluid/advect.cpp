@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "sim/transfer/carry.h"
 #include "sim/transfer/near_field.h"
 
 namespace sim {
 namespace {
 
 constexpr std::size_t kChunk = 4096;
-constexpr double kFarPush = 0.25;   // [cells] where a particle's polynomial is no longer about the place it was fitted at
 
 /// A midpoint may lie beyond a wall; the field is asked at the nearest place inside.
 template <int D, class Real>

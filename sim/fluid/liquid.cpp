@@ -11,10 +11,10 @@
 #include "sim/effects/gravity.h"
 #include "sim/effects/potential.h"
 #include "sim/fluid/energy_watch.h"
-#include "sim/fluid/pace.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
 #include "sim/moment.h"
+#include "sim/pace.h"
 #include "sim/transfer/dimension.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
@@ -246,10 +246,7 @@ class Liquid final : public Simulation {
 
   GatherRule gather_rule(double dt, double speed) const {
     if (options_.transfer != Transfer::flip) return {};
-    const double fall = std::sqrt(2 * gravity_.cwiseAbs().dot(options_.domain.size()));   // from one side of the domain to the other
-    const double reference = std::max(fall, speed);
-    const double time = options_.flip_time.value_or(reference > 0 ? 49.75 * options_.cell / reference : 1 / fps_);
-    return {true, std::exp(-dt / time)};
+    return {true, std::exp(-dt / flip_time(options_, gravity_, speed, 1 / fps_))};
   }
 
   std::int64_t particle_bytes() const { return std::int64_t(particles_.size() * particles_.row() * sizeof(Real)); }

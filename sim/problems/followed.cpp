@@ -23,10 +23,10 @@ ProblemResult follow(Simulation& simulation, int frames, base::Ledger& ledger, c
   ProblemResult result;
   base::Ledger clock;
   Totals now = simulation.totals();
-  const double start = whole_energy(now);
+  const double start = now.energy();
   const auto sample = [&] {
     result.time.push_back(now.time);
-    result.energy.push_back(whole_energy(now) / start);
+    result.energy.push_back(now.energy() / start);
     if (see) see(now);
   };
   sample();

@@ -9,8 +9,6 @@
 
 namespace sim {
 
-inline double whole_energy(const Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
-
 /// Advances `frames` frames. Times and energies from the start on, over the energy then; the error of energy is what the last one has too much or
 /// too little.
 /// `see` is called with the totals of every frame, the first included, outside of what is timed.

@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "sim/fluid/seeding.h"
+#include "sim/pace.h"
 
 namespace sim {
 namespace {
@@ -67,7 +68,7 @@ FaceField<D, Real> field_on_faces(const ActiveBlocks<D>& blocks, const Options& 
 template <int D, class Real>
 KnownFlow<D, Real>::KnownFlow(const Scene& scene, VelocityAt<D> exact, double flip_speed)
     : options_(scene.options), lattice_(lattice_of<D>(scene.options)), solids_(scene, lattice_), exact_(std::move(exact)),
-      flip_time_(scene.options.flip_time.value_or(49.75 * scene.options.cell / flip_speed)), step_(options_, solids_, /*free_surface=*/false),
+      flip_time_(scene.options.flip_time.value_or(kFlipCells * scene.options.cell / flip_speed)), step_(options_, solids_, /*free_surface=*/false),
       particles_(seed_particles<D, Real>(scene, lattice_, solids_, int(step_.transfer().modes().size()))) {
   base::Ledger unused;
   step_.set_velocity(ActiveBlocks<D>(step_.blocks()), field_on_faces<D, Real>(step_.blocks(), options_, exact_, 0));

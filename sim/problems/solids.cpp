@@ -237,12 +237,12 @@ acceleration = [4.905, -8.4957]
       return scene.options.cell * sum / double(x.size());
     };
     const Totals start = simulation->totals();
-    const double from = middle(), before = whole_energy(start);
+    const double from = middle(), before = start.energy();
     ProblemResult result = follow(*simulation, frames_in(time_, kFps), ledger);
     const double friction = -scene.options.wall_friction * g.y(), t = result.time.back(), way = 0.5 * (g.x() - friction) * t * t;
     const Totals end = simulation->totals();
     result.errors.position = std::abs((middle() - from) / way - 1);
-    result.errors.energy = std::abs(whole_energy(end) - before + end.mass * friction * way) / (end.mass * g.x() * way);
+    result.errors.energy = std::abs(end.energy() - before + end.mass * friction * way) / (end.mass * g.x() * way);
     return result;
   }
 

@@ -14,7 +14,6 @@
 namespace sim {
 namespace {
 
-constexpr double kFarPush = 0.25;       // [cells] where a particle's polynomial is no longer about the place it was fitted at
 constexpr double kTooFar = 2;           // [cells] in one step: no dt that was chosen allows it
 constexpr double kAlone = 1.001;        // a particle's mass and what else is at its nodes, in its own mass
 // What is loose or strongly stretched gets two thirds of the step of a continuum: its speed of sound counts half as much again.

@@ -1,6 +1,5 @@
 #include "sim/solid/seeding.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "sim/seeding.h"

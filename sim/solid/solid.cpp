@@ -10,6 +10,7 @@
 #include "sim/effects/gravity.h"
 #include "sim/effects/potential.h"
 #include "sim/moment.h"
+#include "sim/pace.h"
 #include "sim/solid/seeding.h"
 #include "sim/solid/step.h"
 #include "sim/transfer/dimension.h"
@@ -203,11 +204,10 @@ class Solid final : public Simulation {
   /// The longest step that sound, what is loose and the fastest particle (falling freely) allow, cut so that
   /// what is left of the frame is a whole number of them.
   double next_step(double left) {
-    const double h = options_.cell, v = limits_.speed, g = gravity_.norm(), reach = options_.cfl * h;
-    const double never = 2 * left;
+    const double h = options_.cell, never = 2 * left;
     const double sound = limits_.wave_speed > 0 ? options_.sound_cfl * h / limits_.wave_speed : never;
     const double loose = limits_.loose_speed > 0 ? options_.sound_cfl * h / limits_.loose_speed : never;
-    const double motion = v > 0 || g > 0 ? 2 * reach / (v + std::sqrt(v * v + 4 * g * reach)) : never;
+    const double motion = longest_step(limits_.speed, gravity_.norm(), options_.cfl * h);
     double dt = std::min({sound, loose, motion});
     const char* const who = dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound";
     if (!(dt > kShortestStep / fps_))
@@ -221,9 +221,7 @@ class Solid final : public Simulation {
   }
 
   double keep(double dt) const {
-    const double fall = std::sqrt(2 * gravity_.cwiseAbs().dot(options_.domain.size()));   // from one side of the domain to the other
-    const double reference = std::max(fall, limits_.speed);
-    return std::exp(-dt / options_.flip_time.value_or(reference > 0 ? 49.75 * options_.cell / reference : 1 / fps_));
+    return std::exp(-dt / flip_time(options_, gravity_, limits_.speed, 1 / fps_));
   }
 
   std::uint64_t state_hash() const;

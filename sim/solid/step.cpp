@@ -1,7 +1,6 @@
 #include "sim/solid/step.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include <fmt/format.h>

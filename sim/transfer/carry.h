@@ -20,6 +20,9 @@ Real limited_factor(Real before, Real now) {
   return now <= 0 ? Real(1) : std::min(Real(1), before / now);
 }
 
+/// [cells] A particle that is pushed so far is no longer about where its polynomial was fitted, and loses the modes that bend.
+inline constexpr double kFarPush = 0.25;
+
 /// The axes on which a mode has a g factor, a bit each: modes with the same axes share a factor.
 template <int D>
 unsigned bent_axes(const ModeIndex<D>& mode) {

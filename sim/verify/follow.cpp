@@ -10,10 +10,8 @@
 namespace sim::verify {
 namespace {
 
-double energy_of(const Totals& t) { return t.kinetic_energy + t.potential_energy + t.elastic_energy.value_or(0); }
-
 bool is_finite(const Totals& t) {
-  return std::isfinite(energy_of(t)) && std::isfinite(t.max_speed) && t.linear_momentum.allFinite() && t.angular_momentum.allFinite();
+  return std::isfinite(t.energy()) && std::isfinite(t.max_speed) && t.linear_momentum.allFinite() && t.angular_momentum.allFinite();
 }
 
 bool is_finite(const Frame& f) {
@@ -23,7 +21,7 @@ bool is_finite(const Frame& f) {
 
 }  // namespace
 
-double Course::energy(std::size_t frame) const { return energy_of(totals[frame]); }
+double Course::energy(std::size_t frame) const { return totals[frame].energy(); }
 
 double Course::largest_energy() const {
   double largest = 0;
@@ -85,7 +83,7 @@ CaseOutcome report(const Course& course, double value, std::string outcome) {
     if (t.left > 0 && !is_open) found.broken.push_back(say("%lld particles left through a wall", static_cast<long long>(t.left)));
     if (course.energy(0) == 0) continue;
     found.time.push_back(t.time);
-    found.energy.push_back(energy_of(t) / course.energy(0));
+    found.energy.push_back(t.energy() / course.energy(0));
   }
   found.picture = course.simulation->frame();
   found.scene = course.scene;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <type_traits>
 
 #include "base/error.h"
 #include "base/text.h"

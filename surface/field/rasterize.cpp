@@ -1,5 +1,4 @@
 #include <array>
-#include <cmath>
 
 #include "surface/field/footprint.h"
 #include "surface/field/level_set.h"

@@ -3,7 +3,6 @@
 // gradient there mixes both. Here the free surface is continued up to the wall, and vertices of the edge move onto it.
 #include <openvdb/openvdb.h>
 
-#include <array>
 #include <optional>
 
 #include "base/vec.h"
