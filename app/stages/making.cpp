@@ -90,10 +90,10 @@ void add_once(std::vector<ChangedKey>& keys, const ChangedKey& key) {
 }  // namespace
 
 bool Making::stands_on(Stage stage, Stage upstream) const {
-  return is_below(stage, upstream, dimension()) || (upstream == Stage::surface && stage == Stage::preview && draws_surface_quickly());
+  return is_below(stage, upstream, dimension()) || (upstream == Stage::surface && stage == Stage::preview && previews_surface());
 }
 
-bool Making::draws_surface_quickly() const { return dimension() == 3 && shot.render.preview.draw == "surface"; }
+bool Making::previews_surface() const { return dimension() == 3 && shot.render.preview.draw == "surface"; }
 
 bool Making::wants(Stage stage) const { return std::find(order.stages.begin(), order.stages.end(), stage) != order.stages.end(); }
 
@@ -138,7 +138,7 @@ std::vector<std::pair<Stage, Stage>> reads(const Making& m) {
   for (const Stage stage : m.order.stages) {
     if (const auto above = stage_above(stage, m.dimension())) pairs.emplace_back(stage, *above);
     if (stage == Stage::render && m.dimension() == 3 && m.shot.render.draws_grains()) pairs.emplace_back(stage, Stage::simulate);
-    if (stage == Stage::preview && m.draws_surface_quickly()) pairs.emplace_back(stage, Stage::surface);
+    if (stage == Stage::preview && m.previews_surface()) pairs.emplace_back(stage, Stage::surface);
   }
   return pairs;
 }

@@ -20,7 +20,7 @@ struct Making {
   /// Whether a stage of this shot has frames of `upstream` in its own.
   bool stands_on(Stage, Stage upstream) const;
   /// Whether previews show the surface: they stand on it then, too.
-  bool draws_surface_quickly() const;
+  bool previews_surface() const;
   /// Those asked for; a simulation has to pass through all before.
   std::vector<std::int64_t> frames() const;
 };
