@@ -210,7 +210,7 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
        }},
       {"strain on particles", {"sim.write.strain"}, [](const Scene& s) { return is_solid(s) && s.options.write.strain; }},
       {"mode energy on particles", {"sim.write.mode_energy"}, [](const Scene& s) { return s.options.write.mode_energy; }},
-      {"gravity", {"effect.N.acceleration", "effect.N.kind"}, [](const Scene& s) { return !gravity(s).isZero(0); }, {"forces"}},
+      {"gravity", {"effect.N.acceleration", "effect.N.kind=gravity"}, [](const Scene& s) { return !gravity(s).isZero(0); }, {"forces"}},
       {"walls", {"sim.boundary=slip"}, [](const Scene& s) { return any_side(s.options, Side::slip); }, {"collide"}},
       {"sticky contact", {"sim.boundary=sticky", "collider.NAME.contact=sticky"}, has_contact<Contact::sticky>, {"collide"}},
       {"separating contact",

@@ -230,7 +230,8 @@ TEST_F(Plan, WithoutRenderThereAreNoPictures) {
 
 TEST_F(Plan, LineSaysWhatIsSolved) {
   EXPECT_TRUE(app::plan_line(read(kTank)).starts_with("liquid, linear kernel, 8 modes; off: "));
-  EXPECT_TRUE(app::plan_line(read(kBlock)).starts_with("solid, quadratic kernel, 27 modes; off: "));
+  EXPECT_TRUE(app::plan_line(read(kBlock)).starts_with("solid, quadratic kernel, 8 modes; off: "));
+  EXPECT_TRUE(app::plan_line(read(kBlock, {"shot.quality=high"})).starts_with("solid, quadratic kernel, 27 modes; off: "));
   EXPECT_TRUE(app::plan_line(read(kBlock, {"body.block.transfer=apic"})).starts_with("solid, quadratic kernel, 4 modes; off: "));
 }
 
@@ -258,7 +259,7 @@ TEST_F(Plan, NamesTheKeyThatDecidesAndItsValue) {
   EXPECT_EQ(effect(shot, "flip").value, "\"flip\"");
   EXPECT_FALSE(effect(shot, "polypic").on);
   EXPECT_EQ(effect(shot, "polypic").value, "\"flip\"");
-  EXPECT_EQ(effect(shot, "gravity").key, "effect.1.kind");
+  EXPECT_EQ(effect(shot, "gravity").key, "effect.1.acceleration");
   EXPECT_EQ(effect(shot, "colliders").key, "collider.ball.name");
   EXPECT_EQ(effect(shot, "double precision").value, "\"single\"");
   EXPECT_EQ(effect(shot, "surface in pictures").key, "body.water.material.preset");   // no look is named: that of the material

@@ -98,7 +98,7 @@ inline std::vector<SmallShot> small_shots() {
       {"plain", kTank, {"render.view=srgb"}},
       {"solid", kBlock},
       {"solid_falling", kBlock + kGravity + kBall, {"collider.ball.contact=sticky", "sim.transfer=apic"}},
-      {"solid_metal", kBlock + kGravity, {"body.block.material=clay", "sim.carry=limited"}},
+      {"solid_metal", kBlock + kGravity, {"body.block.material=clay", "sim.modes=full", "sim.carry=limited"}},
       {"solid_sand", kBlock + kGravity, {"body.block.material=dry_sand", "body.block.transfer=pic"}},
       {"solid_snow", kBlock + kGravity, {"body.block.material=snow", "body.block.transfer=flip"}},
       {"solid_liquid", kBlock + kGravity, {"body.block.material=water_mpm", "sim.boundary={z_lower=\"sticky\",x_lower=\"slip\"}"}},

@@ -104,7 +104,7 @@ TEST(ImportanceSampling, AgreesWithEachStrategyAlone) {
       std::array<Mean, 3> means;
       for (const trace::Strategy s : {trace::Strategy::both, trace::Strategy::lights, trace::Strategy::scattering}) {
         rays.scene.strategy = s;
-        means[static_cast<std::size_t>(s)] = rays.mean(Vec3(0.2, -2, 1.2), Vec3(0, -0.1, 0.45), 32, kind == 3 ? 512 : 128);
+        means[static_cast<std::size_t>(s)] = rays.mean(Vec3(0.2, -2, 1.2), Vec3(0, -0.1, 0.45), 32, kind == 3 ? 2048 : 128);
       }
       ASSERT_GT(means[0].value.maxCoeff(), 1e-3);
       for (const std::size_t other : {1, 2})

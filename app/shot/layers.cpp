@@ -86,6 +86,7 @@ Node merged(const Layers& layers, const std::string& quality, bool with_sets) {
   if (solver && solver->text == "solid") {
     root.at("sim").at("kernel").text = "quadratic";   // the only one that solids have
     root.at("sim").remove("splitting");               // theirs is no choice
+    if (quality == "normal") root.at("sim").at("modes").text = "multilinear";   // the linear kernel's modes, on that one
   }
   const Node* transfer = find(user, "sim", "transfer");
   if (transfer && transfer->text != "polypic") root.at("sim").remove("modes");
