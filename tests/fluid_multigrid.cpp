@@ -119,6 +119,15 @@ TEST(Multigrid, SolvesAroundPeriodicSidesWhereverTheyCutTiles) {
   }
 }
 
+// A periodic axis of few cells is one cell wide on the coarsest level: its own neighbour.
+TEST(Multigrid, SolvesAroundAxesOfAFewCells) {
+  expect_solved(pool<3>({64, 64, 8}, true, {true, true, true}), 1e-8, "a slab");
+  expect_solved(pool<3>({4, 64, 64}, false, {true, false, false}), 1e-8, "a wall of water");
+  expect_solved(pool<3>({96, 4, 48}, false, {false, true, false}), 1e-8, "across");
+  expect_solved(pool<2>({1024, 8}, true, {false, true}), 1e-6, "a channel");
+  expect_solved(pool<2>({2048, 4}, true, {true, true}), 1e-6, "a ring");
+}
+
 TEST(Multigrid, ReachesAsFarAsDoublesDo) { EXPECT_GT(expect_solved(pool<3>({24, 40, 43}, false), 1e-11, "1e-11").iterations, 8); }
 
 TEST(Multigrid, ASurfaceThatGrazesCellMiddlesCostsLessThanTwiceAsMuch) {

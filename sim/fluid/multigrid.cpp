@@ -71,8 +71,10 @@ Numbered<D> number_unknowns(const Level<D>& level) {
             if (tile < 0) continue;
             other[along] = side ? 0 : level.extent(level.tile[std::size_t(tile)], a) - 1;
           }
-          if (w <= 0) continue;
-          s.neighbour[u][std::size_t(2 * a + side)] = number[std::size_t(level.begin(tile) + T::cell(other[0], other[1], other[2]))];
+          const std::int32_t there = number[std::size_t(level.begin(tile) + T::cell(other[0], other[1], other[2]))];
+          if (there == std::int32_t(u)) sum -= w;   // around a periodic axis of one cell: no difference, no link
+          if (w <= 0 || there == std::int32_t(u)) continue;
+          s.neighbour[u][std::size_t(2 * a + side)] = there;
           if (s.neighbour[u][std::size_t(2 * a + side)] >= 0) s.weight[u][std::size_t(2 * a + side)] = w;
         }
       s.diagonal[u] = sum;

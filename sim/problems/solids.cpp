@@ -31,6 +31,12 @@ void change_column(Simulation& simulation, const char* name, const Change& chang
 
 int frames_in(double time, double fps) { return std::max(1, int(std::ceil(time * fps - 1e-9))); }
 
+/// Where energy stays: as plain_objection, and no plasticity.
+std::string elastic_objection(const Scene& scene, int dimension) {
+  if (std::string plain = plain_objection(scene, true, dimension); !plain.empty()) return plain;
+  return scene.bodies[0].solid.plasticity == Plasticity::none ? "" : "body.NAME.material.plasticity: must be \"none\" here: energy stays";
+}
+
 /// A disk, or a sphere, let go while it spins. Energy and angular momentum stay; the mean of J - 1 over a long time is what the spin asks for:
 /// rho w^2 R^2 / (4 (lambda + mu)) of a disk in plane strain, 2 rho w^2 R^2 / (15 K) of a sphere.
 class Spinning final : public Problem {
@@ -68,7 +74,7 @@ spin = [0, 0, 4]
   }
 
   std::string objection(const Scene& scene) const override {
-    if (std::string plain = plain_objection(scene, true, dimension_); !plain.empty()) return plain;
+    if (std::string plain = elastic_objection(scene, dimension_); !plain.empty()) return plain;
     if (!scene.bodies[0].shape.sphere || scene.bodies[0].spin.isZero(0)) return "body.NAME.spin: must not be 0, and the body a sphere";
     return scene.effects.empty() ? "" : "effect: there is none here";
   }
@@ -125,8 +131,7 @@ material = { model = "neo_hookean", density = 1, young = 200, poisson = 0.3 }
   }
 
   std::string objection(const Scene& scene) const override {
-    if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
-    if (scene.bodies[0].solid.plasticity != Plasticity::none) return "body.NAME.material.plasticity: must be \"none\" here: energy stays";
+    if (std::string plain = elastic_objection(scene, 2); !plain.empty()) return plain;
     return scene.effects.empty() ? "" : "effect: there is none here";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {
@@ -162,7 +167,7 @@ material = { model = "fixed_corotated", density = 1000, young = 1e5, poisson = 0
   }
 
   std::string objection(const Scene& scene) const override {
-    if (std::string plain = plain_objection(scene, true, 2); !plain.empty()) return plain;
+    if (std::string plain = elastic_objection(scene, 2); !plain.empty()) return plain;
     if (!scene.effects.empty()) return "effect: there is none here";
     return scene.options.periodic(0) && scene.options.periodic(1) ? "" : "sim.boundary: every side must be \"periodic\" here";
   }
@@ -224,7 +229,10 @@ acceleration = [4.905, -8.4957]
     if (scene.effects.size() != 1) return "effect: must be gravity here";
     if (scene.options.boundary[1][0] != Side::separating) return "sim.boundary.y_lower: must be \"separating\" here";
     const base::Vec3 g = scene.effects[0].acceleration;
-    if (g.x() > -scene.options.wall_friction * g.y() && g.y() < 0) return "";
+    const double along = g.x() + scene.options.wall_friction * g.y(), way = 0.5 * along * time_ * time_;
+    if (scene.bodies[0].shape.bounds().upper.x() + way > scene.options.domain.upper.x() - 2 * scene.options.cell)
+      return "problem.time: the block reaches the end of the slope before";
+    if (along > 0 && g.y() < 0) return "";
     return "effect.1.acceleration: must pull down a slope that is steeper than sim.boundary.friction holds";
   }
   ProblemResult run(const Scene& scene, base::Ledger& ledger) const override {

@@ -29,7 +29,7 @@ struct FixedCorotated {
     }
     return tau;
   }
-  /// d2Psi of the first term is at most 2 mu in any direction, |F^T n| at most the largest stretch, and J is affine along m n^T.
+  /// d2Psi of the first term is at most 2 mu in any direction, |F^T n| at most the largest stretch, and J is affine along m n^T. lambda is not below 0.
   template <class T, int D>
   T stiffness(const Principal<T, D>& s) const {
     const T largest = larger(s[0] + T(1), T(0)), j = product_change<T, D>(s) + T(1);   // the first is the largest

@@ -71,7 +71,7 @@ void Material::params(base::Params& p) {
     p("hardening", hardening, "1", "how fast packed snow gets stiffer", base::within(0, 50));
     p("hardening_cap", hardening_cap, "1", "most that packing multiplies, and loosening divides, its stiffness by", base::within(1, 1000));
   }
-  p.require(model != Elasticity::fixed_corotated || plasticity == Plasticity::snow || poisson >= 0, "poisson",
+  p.require(model != Elasticity::fixed_corotated || poisson >= 0, "poisson",
             "must be at least 0 with model \"fixed_corotated\", whose energy has no least value below");
   const bool plain = plasticity == Plasticity::none;
   p.require(plain || model != Elasticity::tait, "plasticity", "a liquid (model tait) has none");

@@ -1,5 +1,6 @@
 #pragma once
 // Runs a case's scene frame by frame and keeps what cases ask of it.
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -10,6 +11,9 @@
 #include "sim/verify.h"
 
 namespace sim::verify {
+
+/// The larger one; no number stays none, and no case passes with that.
+inline double worse(double most, double off) { return std::isnan(off) || off > most ? off : most; }
 
 struct Course {
   std::vector<Totals> totals;             // after each frame, the start's first

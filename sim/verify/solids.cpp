@@ -293,6 +293,7 @@ VerifyCase shaken_sand(int dimension, const Scheme& scheme) {
     }, .see = [&](const Simulation& s) { mean_most = std::max(mean_most, mean_height(s)); }});
     const double bulk = mean_height(*course.simulation) / mean_then;
     CaseOutcome found = report(course, bulk, say("its middle %.3f as high as at first, %.2f in between", bulk, mean_most / mean_then));
+    if (!(bulk > 0.97)) found.broken.push_back("it lost volume");
     if (mean_most < 1.15 * mean_then) found.broken.push_back("it did not fly");
     return found;
   };

@@ -89,7 +89,7 @@ VerifyCase edge_offsets(Kernel kernel) {
             for (int a = 0; a < D; ++a) product *= mode_at(kernel, transfer.modes()[r][std::size_t(a)], x[std::size_t(a)], w[std::size_t(a)]);
             value += product;
           }
-          most = std::max(most, std::abs(value - field[std::size_t(blocks.index(at))][component]));
+          most = worse(most, std::abs(value - field[std::size_t(blocks.index(at))][component]));
         }
       }
     CaseOutcome found;
@@ -138,7 +138,7 @@ VerifyCase round_trip(Kernel kernel) {
     std::size_t compared = 0;
     for (std::size_t a = 0; a < D; ++a)
       for (std::size_t i = 0; i < blocks.size(); ++i)
-        if (double(grid.mass[a][i]) > 1e-3) most = std::max(most, std::abs(double(grid.velocity[a][i]) - double(field[a][i]))), ++compared;
+        if (double(grid.mass[a][i]) > 1e-3) most = worse(most, std::abs(double(grid.velocity[a][i]) - double(field[a][i]))), ++compared;
     CaseOutcome found;
     found.value = most;
     found.outcome = say("%zu faces, off by %.1e at most", compared, most);
@@ -152,8 +152,9 @@ double slope(const std::array<double, 3>& error) { return std::log2(error[0] / e
 
 CaseOutcome ordered(const std::array<double, 3>& error) {
   CaseOutcome found;
-  found.value = 1.8 / slope(error);
-  found.outcome = say("errors %.2e %.2e %.2e, order %.2f", error[0], error[1], error[2], slope(error));
+  const double order = slope(error);
+  found.value = order > 0 && std::isfinite(order) ? 1.8 / order : std::numeric_limits<double>::infinity();
+  found.outcome = say("errors %.2e %.2e %.2e, order %.2f", error[0], error[1], error[2], order);
   return found;
 }
 
@@ -194,7 +195,7 @@ VerifyCase transfer_order(Kernel kernel) {
           site.cell[a] = int(x[std::size_t(a)]), site.offset[a] = x[std::size_t(a)] - site.cell[a];
         }
         const Vec<D, double> v = transfer.velocity_at(blocks, field, site);
-        for (int component = 0; component < D; ++component) error[level] = std::max(error[level], std::abs(v[component] - exact(component, x)));
+        for (int component = 0; component < D; ++component) error[level] = worse(error[level], std::abs(v[component] - exact(component, x)));
       }
     }
     return ordered(error);
