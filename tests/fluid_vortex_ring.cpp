@@ -13,10 +13,10 @@ double speed_error(const std::string& splitting) {
   return *result.errors.position;
 }
 
-// The core is four cells wide and spreads a little, which slows the ring; more so with the usual splitting.
+// The core is 2.5 cells wide and spreads, which slows the ring; more so with the usual splitting. The formula itself is good to some 4 %.
 TEST(FluidVortexRing, TravelsAtItsKnownSpeed) {
-  EXPECT_LT(speed_error("lie"), 0.05);
-  EXPECT_LT(speed_error("reflection"), 0.025);
+  EXPECT_LT(speed_error("lie"), 0.12);
+  EXPECT_LT(speed_error("reflection"), 0.045);
 }
 
 }  // namespace

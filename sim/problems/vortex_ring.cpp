@@ -10,7 +10,7 @@ namespace {
 
 // Cells of 1 m; the ring's axis is the edge y = z = 0 of the domain, whose walls are planes of symmetry: a quarter of it is there.
 constexpr int kLength = 56, kSide = 28;
-constexpr double kRadius = 10, kCore = 4, kCirculation = 10, kStart = 23, kWay = 10;   // [m], [m^2/s]
+constexpr double kRadius = 10, kCore = 2.5, kCirculation = 10, kStart = 23, kWay = 10;   // [m], [m^2/s]
 
 /// Stokes' stream function of a circular filament of circulation 1 [Lamb32 art 161].
 double filament(double x, double r, double radius) {
@@ -63,10 +63,10 @@ class Ring {
 };
 
 /// What the ring's images behind the walls do to it half-way: dipoles of moment pi R^2 Gamma; one behind an end goes the other way.
-double speed_from_images() {
+double speed_from_images(double way) {
   constexpr int kMost = 12;
   double sum = 0;
-  const double middle = kStart + 0.5 * kWay;
+  const double middle = kStart + 0.5 * way;
   for (int i = -kMost; i <= kMost; ++i)
     for (int j = -kMost; j <= kMost; ++j)
       for (int k = -kMost; k <= kMost; ++k)
@@ -78,7 +78,7 @@ double speed_from_images() {
   return kCirculation * kRadius * kRadius / 4 * sum;
 }
 
-/// Where the vorticity in the plane beside z = 0 is, weighted with its square.
+/// Where the ring's impulse is, by the vorticity w in the plane beside z = 0: the mean of w r^2. A core that settles does not move it.
 template <class Real>
 double place_of(const FluidStep<3, Real>& step) {
   const auto& v = step.velocity();
@@ -87,13 +87,13 @@ double place_of(const FluidStep<3, Real>& step) {
   for (int i = 1; i < kLength; ++i)
     for (int j = 1; j < kSide; ++j) {
       const double w = at(1, i, j) - at(1, i - 1, j) - at(0, i, j) + at(0, i, j - 1);
-      sum += w * w, moment += w * w * i;
+      sum += w * j * j, moment += w * j * j * i;
     }
   return moment / sum;
 }
 
-/// By radius, core, circulation and images [m/s]; Gaussian core [Saffman70].
-double known_speed() { return kCirculation / (4 * M_PI * kRadius) * (std::log(8 * kRadius / kCore) - 0.558) + speed_from_images(); }
+/// By radius, core, circulation and images [m/s]; of thin Gaussian cores [Saffman70]. At a quarter of the radius that is within some 4 %.
+double known_speed(double way) { return kCirculation / (4 * M_PI * kRadius) * (std::log(8 * kRadius / kCore) - 0.558) + speed_from_images(way); }
 
 class VortexRing final : public Problem {
  public:
@@ -129,7 +129,7 @@ shape = { box = [[0, 0, 0], [56, 28, 28]] }
   template <class Real>
   ProblemResult solve(const Scene& scene, base::Ledger& ledger) const {
     const Ring ring;
-    const double speed = kCirculation / (2 * M_PI * kCore), known = known_speed();
+    const double speed = kCirculation / (2 * M_PI * kCore), known = known_speed(way_);
     KnownFlow<3, Real> flow(scene, [&](const Vec<3, double>& at, double) { return ring.velocity(at); }, speed);
     flow.fit_to_walls();   // which the formula does not know
     const double start = place_of(flow.grid());
