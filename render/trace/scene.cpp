@@ -181,7 +181,7 @@ Scene make_scene(const Setting& setting) {
   scene.ground = make_ground(setting, reach, middle);
   scene.bounces = static_cast<int>(setting.options.bounces);
   scene.caustics = setting.options.caustics == "path" ? Caustics::path : setting.options.caustics == "none" ? Caustics::none : Caustics::straight;
-  scene.least_offset = 2e-5f * (reach + middle.cwiseAbs().maxCoeff());
+  scene.least_offset = 3.5e-5f * reach + 1e-6f * middle.cwiseAbs().maxCoeff();   // the latter for the rounding of places far from 0
   return scene;
 }
 

@@ -70,6 +70,7 @@ bool Integrator::walks(Path& path, Spot& spot, const Material& material, const V
   Stream random(work.points.point(work.sample, path.dimension + 1));
   Vec3f weight = path.weight.cwiseProduct(tint);
   Ray ray = path.ray;
+  const float around = scene_.ior(path.media);
   const auto start = [&](const Vec3f& point, const Vec3f& normal) {  // from a surface to the side of its normal
     ray.origin = point + scene_.offset(point) * normal;
     ray.direction = Frame(normal).world(cosine_direction(random.point())).normalized();
@@ -95,7 +96,9 @@ bool Integrator::walks(Path& path, Spot& spot, const Material& material, const V
         start(point, -hit.geometric);
       } else {
         spot = {point, hit.geometric, Frame(hit.shading), Vec3f::UnitZ(), {}};
-        path.weight = weight;
+        const float eta = scene_.ior(path.media) / around;   // between what is outside here and there, as if it had been refracted
+        path.weight = weight / (eta * eta);
+        path.compression /= eta * eta;
         return true;
       }
     } else if (ground.t < length) {

@@ -62,19 +62,17 @@ void add_fast(const Group<3, float>& group, const std::uint32_t* begin, float im
 }  // namespace
 
 template <int D, class Real>
-void NodeSums<D, Real>::add(const Group<D, Real>& group, std::size_t group_block, const Cell<D>& block, const Lattice<D>& lattice, double impulse,
-                            bool flip) {
+void NodeSums<D, Real>::add(const Group<D, Real>& group, std::size_t group_block, const Cell<D>& block, const Lattice<D>& lattice, double impulse) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   const std::uint32_t* const begin = &group.ranges.begin[group_block * per_block];
   if constexpr (D == 3 && std::is_same_v<Real, float>) {
-    if (group.kernels.scatter && !flip) return add_fast(group, begin, float(impulse), *this);
+    if (group.kernels.scatter && !group.scheme.flip) return add_fast(group, begin, float(impulse), *this);
   }
-  add_plainly(group, begin, block, lattice, impulse, flip);
+  add_plainly(group, begin, block, lattice, impulse);
 }
 
 template <int D, class Real>
-void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>& lattice, double impulse,
-                                    bool flip) {
+void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>& lattice, double impulse) {
   using Basis = QuadraticBasis<Real>;
   constexpr int n = 3;
   using Values = Tensor<Real, n, D>;
@@ -116,6 +114,8 @@ void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, const std::uint
       else return first + (node / 9 * kEdge + node / 3 % 3) * kEdge + node % 3;
     };
     for (std::size_t node = 0; node < w.size(); ++node) carried[place(node) * (D + 1)] += weight * w[node];
+    if (group.scheme.flip)
+      for (std::size_t node = 0; node < w.size(); ++node) before[place(node) * (D + 1)] += weight * w[node];
     for (int c = 0; c < D; ++c) {
       const auto coefficients = particles.component(p, c);
       Values value{};
@@ -126,7 +126,7 @@ void NodeSums<D, Real>::add_plainly(const Group<D, Real>& group, const std::uint
         Real force = tau[stress_place<D>(c, 0)] * gradient[0][node];
         for (int a = 1; a < D; ++a) force += tau[stress_place<D>(c, a)] * gradient[std::size_t(a)][node];
         carried[place(node) * (D + 1) + 1 + std::size_t(c)] += own + factor * force;
-        if (flip) before[place(node) * D + std::size_t(c)] += own;
+        if (group.scheme.flip) before[place(node) * (D + 1) + 1 + std::size_t(c)] += own;
       }
     }
   }

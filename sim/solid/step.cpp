@@ -111,7 +111,7 @@ template <int D, class Real>
 void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
   grid_.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
   grid_.mass.assign(blocks_.size(), 0);
-  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero());
+  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero()), before_mass_.assign(blocks_.size(), 0);
   const Lattice<D>& lattice = blocks_.lattice();
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
   for (std::size_t b = 0; b < merged_.occupied.size(); ++b)
@@ -125,12 +125,11 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
         const std::int32_t own = at_[g][b];
         if (own < 0) continue;
         const double impulse = -dt * groups[g].rest_volume / (cell_ * unit_mass_);
-        sums.add(groups[g], std::size_t(own), block, lattice, impulse, flip_);
+        sums.add(groups[g], std::size_t(own), block, lattice, impulse);
       }
       blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, auto count) {
         add_nodes<D>(&sums.carried[std::size_t(from * (D + 1))], count, &grid_.mass[to], grid_.velocity[to].data());
-        for (int i = 0; flip_ && i < count; ++i)
-          for (int c = 0; c < D; ++c) before_[to + std::size_t(i)][c] += sums.before[std::size_t((from + i) * D + c)];
+        if (flip_) add_nodes<D>(&sums.before[std::size_t(from * (D + 1))], count, &before_mass_[to], before_[to].data());
       });
     });
 }
@@ -153,7 +152,7 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
         s.light += !valid && mass > 0;
         s.mass += double(mass), s.momentum += grid_.velocity[i].template cast<double>();
         grid_.velocity[i] = valid ? Vec<D, Real>(grid_.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
-        if (flip_) before_[i] = valid ? Vec<D, Real>(before_[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
+        if (flip_) before_[i] = double(before_mass_[i]) > kLightestNode ? Vec<D, Real>(before_[i] / before_mass_[i]) : Vec<D, Real>(Vec<D, Real>::Zero());
       }
       return s;
     }, [](const Sums& a, const Sums& b) { return Sums{a.light + b.light, a.mass + b.mass, a.momentum + b.momentum}; });

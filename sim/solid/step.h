@@ -99,7 +99,8 @@ class SolidStep {
   std::vector<std::vector<std::int32_t>> at_;      // of each group: place of each merged block in its own list, -1 when it has none there
   ActiveBlocks<D> blocks_;
   NodeVelocity<D, Real> grid_;                     // momentum until it is divided
-  NodeField<D, Real> before_;                      // FLIP: the field before forces
+  NodeField<D, Real> before_;                      // FLIP: the field before forces, of the groups that have it: so their momentum is exact
+  std::vector<Real> before_mass_;                  // that it is divided by
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   SolidCounts counts_;
@@ -121,14 +122,14 @@ template <int D, class Real>
 struct NodeSums {
   static constexpr int kEdge = Lattice<D>::kBlock + 3, kSize = D == 2 ? kEdge * kEdge : kEdge * kEdge * kEdge;
   std::array<Real, std::size_t((D + 1) * kSize)> carried{};   // mass and momentum, with forces, of each node
-  std::array<Real, std::size_t(D * kSize)> before{};          // momentum without them (FLIP)
+  std::array<Real, std::size_t((D + 1) * kSize)> before{};    // the same without them, of groups with FLIP alone
 
   /// Adds what the group has in `block`, the `group_block`-th of its own. `impulse` [kg m/s / (Pa unit mass)]: -dt V0 / h, in unit masses.
-  void add(const Group<D, Real>&, std::size_t group_block, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
+  void add(const Group<D, Real>&, std::size_t group_block, const Cell<D>& block, const Lattice<D>&, double impulse);
 
  private:
   /// Particles [begin, end), one at a time: the reference.
-  void add_plainly(const Group<D, Real>&, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>&, double impulse, bool flip);
+  void add_plainly(const Group<D, Real>&, const std::uint32_t* begin, const Cell<D>& block, const Lattice<D>&, double impulse);
 };
 
 /// G2P of the particles of one group in one of its blocks, everything that happens to them up to the end of the step.
