@@ -144,7 +144,8 @@ struct Options {
   void params(base::Params&);
 };
 
-/// `options` with the transfer, modes and carry that a solid body has of its own.
+/// `options` with the transfer, modes and carry that a solid body has of its own. Tait's liquid has no shear to hold modes that bend: it takes the
+/// multilinear ones in their place, unless it names its own.
 Options with_scheme_of(const Body&, Options options);
 
 /// A collider's shape after `time` [s]; one that has left through a periodic side is back at the other.

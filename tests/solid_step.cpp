@@ -386,6 +386,25 @@ TEST(SolidStep, APostOnTheFloorIsMetAsOneThatGoesOnBelow) {
   EXPECT_NEAR(energies[0], energies[1], 1e-9 * energies[1]);
 }
 
+// The inner corner of a floor and a wall that are boxes is that of the domain.
+TEST(SolidStep, ACornerOfTwoBoxesIsMetAsOneOfWalls) {
+  std::vector<base::Vec3> middles;
+  for (const bool by_boxes : {false, true}) {
+    Scene scene = walled_scene(2, 1, 0.05);
+    scene.options.seeding = Seeding::regular;
+    if (by_boxes) scene.colliders = {box_collider({-1, -1, 0}, {2, 0.2, 0}), box_collider({-1, -1, 0}, {0.2, 2, 0})};
+    else scene.options.domain.lower = {0.2, 0.2, 0};
+    for (auto& sides : scene.options.boundary) sides = {Side::slip, Side::slip};
+    for (Collider& c : scene.colliders) c.contact = Contact::slip;
+    scene.bodies = {block({0.3, 0.3, 0}, {0.5, 0.5, 0}, kJelly)};
+    scene.bodies[0].velocity = {-1, -1, 0};
+    const auto simulation = make_simulation(scene, 50);
+    run(*simulation, 15);
+    middles.push_back(mean_position(simulation->frame()));
+  }
+  EXPECT_LT((middles[1] - middles[0]).norm(), 1e-5);
+}
+
 TEST(SolidStep, GoesOnToTheBitWithTheWorkOfGravity) {
   Scene scene = open_scene(2, 1, 0.05);
   scene.options.precision = Precision::single_precision;

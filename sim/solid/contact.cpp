@@ -10,6 +10,8 @@ namespace {
 
 /// [cells] Nearer than that to a collider is on it, whatever rounding says of a face in a plane of nodes.
 constexpr double kOnFace = 1e-6;
+/// [cells] Deeper than a node lies that a particle reaches.
+constexpr double kFarWay = 3;
 
 /// One of the contacts of a node, and what it has done to its velocity [m/s] so far.
 template <int D, class Real>
@@ -87,6 +89,7 @@ base::Vec3 NodeContacts<D>::normal(const std::vector<const Body*>& near, std::si
   }
   double depth = std::numeric_limits<double>::infinity(), least = depth;
   for (std::size_t n = 0; n < count; ++n) depth = std::min(depth, ways_out[n].depth);
+  if (depth > kFarWay * cell_) return nearest;   // in a corner of two: each stops what comes by its own face
   for (std::size_t n = 0; n < count; ++n) {
     if (ways_out[n].depth > depth + on) continue;
     const double outwards = velocity.dot(ways_out[n].normal), inwards = near[k]->rubbing.contact == Contact::slip ? std::abs(outwards) : -outwards;
