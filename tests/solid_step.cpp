@@ -388,18 +388,22 @@ TEST(SolidStep, APostOnTheFloorIsMetAsOneThatGoesOnBelow) {
 
 // The inner corner of a floor and a wall that are boxes is that of the domain.
 TEST(SolidStep, ACornerOfTwoBoxesIsMetAsOneOfWalls) {
+  Material soft = kJelly;
+  soft.young = 2e4;
   std::vector<base::Vec3> middles;
   for (const bool by_boxes : {false, true}) {
-    Scene scene = walled_scene(2, 1, 0.05);
+    Scene scene = walled_scene(2, 1.2, 0.025);
     scene.options.seeding = Seeding::regular;
-    if (by_boxes) scene.colliders = {box_collider({-1, -1, 0}, {2, 0.2, 0}), box_collider({-1, -1, 0}, {0.2, 2, 0})};
-    else scene.options.domain.lower = {0.2, 0.2, 0};
+    scene.options.modes.name = "multilinear";
     for (auto& sides : scene.options.boundary) sides = {Side::slip, Side::slip};
+    if (by_boxes) scene.colliders = {box_collider({0, 0, 0}, {1.2, 0.2, 0}), box_collider({0, 0, 0}, {0.2, 1.2, 0})};
+    else scene.options.domain.lower = {0.2, 0.2, 0};
     for (Collider& c : scene.colliders) c.contact = Contact::slip;
-    scene.bodies = {block({0.3, 0.3, 0}, {0.5, 0.5, 0}, kJelly)};
+    scene.bodies = {block({0.3, 0.25, 0}, {0.7, 0.55, 0}, soft)};
     scene.bodies[0].velocity = {-1, -1, 0};
-    const auto simulation = make_simulation(scene, 50);
-    run(*simulation, 15);
+    scene.effects = {{"gravity", {0, -9.81, 0}}};
+    const auto simulation = make_simulation(scene, 24);
+    run(*simulation, 12);
     middles.push_back(mean_position(simulation->frame()));
   }
   EXPECT_LT((middles[1] - middles[0]).norm(), 1e-5);
