@@ -170,7 +170,7 @@ Options with_scheme_of(const Body& body, Options o) {
   if (!body.transfer.empty()) o.transfer = static_cast<Transfer>(place_of(kTransferNames, body.transfer));
   if (!body.carry.empty()) o.carry = static_cast<Carry>(place_of(kCarryNames, body.carry));
   if (body.modes.count > 0 || !body.modes.name.empty()) o.modes = body.modes;
-  else if (body.solid.model == Elasticity::tait && o.transfer == Transfer::polypic && bends(o)) o.modes = {.count = 0, .name = "multilinear"};   // no shear would hold those that bend
+  else if (body.solid.model == Elasticity::tait && bends(o)) o.modes = {.count = 0, .name = "multilinear"};   // no shear would hold those that bend
   if (o.transfer != Transfer::polypic) o.modes = {};
   return o;
 }

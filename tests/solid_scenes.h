@@ -26,6 +26,6 @@ inline std::vector<sim::Totals> run(sim::Simulation& simulation, int frames) {
   return all;
 }
 
-inline double energy(const sim::Totals& t) { return t.kinetic_energy + t.elastic_energy.value_or(0) + t.potential_energy; }
+inline double energy(const sim::Totals& t) { return t.energy(); }
 
 }  // namespace solid_test

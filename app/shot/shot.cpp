@@ -88,11 +88,17 @@ std::filesystem::path folder_of(const std::filesystem::path& file, std::string_v
   return file.parent_path() / line.substr(kFolderMark.size(), line.size() - kFolderMark.size() - kFolderEnd.size());
 }
 
+/// What nobody named is called by its number.
+template <class Entry>
+void name_all(std::vector<Entry>& entries) {
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    if (entries[i].name.empty()) entries[i].name = std::to_string(i + 1);
+}
+
 Shot make_shot(Reading reading, const std::filesystem::path& file, const std::filesystem::path& folder) {
   Shot shot = std::move(reading.shot);
   shot.name = file.stem().string();
-  for (std::size_t i = 0; i < shot.scene.bodies.size(); ++i)
-    if (std::string& name = shot.scene.bodies[i].name; name.empty()) name = std::to_string(i + 1);
+  name_all(shot.scene.bodies), name_all(shot.render.sets);
   shot.file = file;
   shot.folder = folder;
   shot.resolved = shot_text(reading.given);
@@ -142,13 +148,6 @@ void read_body(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
   const render::Triangles triangles = render::read_mesh(path);
   mesh.solid = std::make_shared<const sim::ClosedMesh>(triangles.position, triangles.triangles, mesh.scale, mesh.translate);
   if (!mesh.solid->objection().empty()) base::throw_input(path.string(), mesh.solid->objection());
-}
-
-template <class Entry>
-std::vector<std::string> entry_names(const std::vector<Entry>& entries) {
-  std::vector<std::string> names;
-  for (const Entry& entry : entries) names.push_back(entry.name.empty() ? std::to_string(names.size() + 1) : entry.name);
-  return names;
 }
 
 /// What is wrong with a file, said where the shot names it.
@@ -303,23 +302,17 @@ base::Error error_about(const Shot& shot, base::Complaint complaint) {
 
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
   Shot shot = read_shot_alone(file, overrides);
-  const std::vector<std::string> bodies = entry_names(shot.scene.bodies), sets = entry_names(shot.render.sets);
-  for (std::size_t i = 0; i < bodies.size(); ++i)
-    if (auto& mesh = shot.scene.bodies[i].shape.mesh)
-      at_its_key(shot, "body." + bodies[i] + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
-  for (std::size_t i = 0; i < sets.size(); ++i)
-    at_its_key(shot, "set." + sets[i] + ".mesh.file", [&] { render::check_set_piece(shot.render.sets[i]); });
+  for (sim::Body& body : shot.scene.bodies)
+    if (auto& mesh = body.shape.mesh) at_its_key(shot, "body." + body.name + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
+  for (const render::SetPiece& piece : shot.render.sets)
+    at_its_key(shot, "set." + piece.name + ".mesh.file", [&] { render::check_set_piece(piece); });
   for (std::size_t i = 0; i < shot.render.lights.size(); ++i)
     if (const render::Light& light = shot.render.lights[i]; light.kind == "environment")
       at_its_key(shot, "light." + std::to_string(i + 1) + ".file", [&] {
         require_file(shot.folder / light.file);
         render::check_environment(shot.folder / light.file);
       });
-  if (shot.has_pictures && shot.render.dimension == 3) try {
-      render::check_media(shot.render);
-    } catch (const base::Error& e) {
-      throw error_about(shot, e.complaint());
-    }
+  if (shot.has_pictures && shot.render.dimension == 3) at_its_key(shot, "look", [&] { render::check_media(shot.render); });
   if (const std::optional<sim::EmptyBody> empty = sim::find_empty_body(shot.scene)) throw error_about(shot, empty->complaint);
   return shot;
 }

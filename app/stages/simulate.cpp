@@ -35,8 +35,9 @@ bool PointsMaker::is_missing(std::int64_t frame) const { return std::binary_sear
 
 // A gap that is filled ends nothing: the frames behind it are there.
 bool PointsMaker::is_end(std::int64_t frame) const {
+  if (frame != missing_.back()) return false;
   const std::vector<std::int64_t> recorded = folder_.recorded_frames(Stage::simulate);
-  return frame == missing_.back() && (recorded.empty() || recorded.back() <= frame);
+  return recorded.empty() || recorded.back() <= frame;
 }
 
 double PointsMaker::make(std::int64_t frame) {

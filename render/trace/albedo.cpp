@@ -1,6 +1,5 @@
 #include "render/trace/albedo.h"
 
-
 #include "render/trace/microfacet.h"
 #include "render/trace/optics.h"
 

@@ -74,8 +74,7 @@ void rank_media(Scene& scene) {
     if (scene.surfaces[i].material.dielectric) scene.surface_of.push_back(static_cast<int>(i));
   if (scene.surface_of.size() > Media::kMost)
     throw base::Error(
-        {.key = "look",
-         .message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
+        {.message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
   const auto priority = [&](int surface) { return scene.surfaces[static_cast<std::size_t>(surface)].material.priority; };
   const auto is_simulated = [&](int surface) {
     return surface == 0 || (scene.surfaces[static_cast<std::size_t>(surface)].is_body && !scene.surfaces[static_cast<std::size_t>(surface)].grains);

@@ -35,9 +35,9 @@ class Stream {
   std::uint64_t state_;
 };
 
-}  // namespace
-
 constexpr float kLeastExtinction = 1e-30f;   // [1/m]
+
+}  // namespace
 
 /// Samples a length in the medium by one of the colours, weighed as if by all [PBRT4 14.2]. True when the path is scattered before t.
 bool Integrator::flies_through(Path& path, const Material& medium, float t, Work& work) const {

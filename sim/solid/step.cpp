@@ -109,9 +109,12 @@ void SolidStep<D, Real>::scatter(double dt, Groups& groups, base::Ledger& ledger
 
 template <int D, class Real>
 void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
-  grid_.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
-  grid_.mass.assign(blocks_.size(), 0);
-  if (flip_) before_.assign(blocks_.size(), Vec<D, Real>::Zero()), before_mass_.assign(blocks_.size(), 0);
+  const auto clear = [&](NodeVelocity<D, Real>& grid) {
+    grid.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
+    grid.mass.assign(blocks_.size(), 0);
+  };
+  clear(grid_);
+  if (flip_) clear(before_);
   const Lattice<D>& lattice = blocks_.lattice();
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
   for (std::size_t b = 0; b < merged_.occupied.size(); ++b)
@@ -128,8 +131,9 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
         sums.add(groups[g], std::size_t(own), block, lattice, impulse);
       }
       blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, auto count) {
-        add_nodes<D>(&sums.carried[std::size_t(from * (D + 1))], count, &grid_.mass[to], grid_.velocity[to].data());
-        if (flip_) add_nodes<D>(&sums.before[std::size_t(from * (D + 1))], count, &before_mass_[to], before_[to].data());
+        const auto first = std::size_t(from * (D + 1));
+        add_nodes<D>(&sums.carried[first], count, &grid_.mass[to], grid_.velocity[to].data());
+        if (flip_) add_nodes<D>(&sums.before[first], count, &before_.mass[to], before_.velocity[to].data());
       });
     });
 }
@@ -144,15 +148,18 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
       double mass = 0;
       Vec<D, double> momentum = Vec<D, double>::Zero();
     };
+    const auto divide = [](NodeVelocity<D, Real>& grid, std::size_t i) {   // momentum by mass; false where there is next to none
+      const Real mass = grid.mass[i];
+      const bool valid = double(mass) > kLightestNode;
+      grid.velocity[i] = valid ? Vec<D, Real>(grid.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
+      return valid;
+    };
     const Sums sums = base::ordered_reduce(blocks_.size(), 65536, Sums{}, [&](std::size_t begin, std::size_t end) {
       Sums s;
       for (std::size_t i = begin; i < end; ++i) {
-        const Real mass = grid_.mass[i];
-        const bool valid = double(mass) > kLightestNode;
-        s.light += !valid && mass > 0;
-        s.mass += double(mass), s.momentum += grid_.velocity[i].template cast<double>();
-        grid_.velocity[i] = valid ? Vec<D, Real>(grid_.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
-        if (flip_) before_[i] = double(before_mass_[i]) > kLightestNode ? Vec<D, Real>(before_[i] / before_mass_[i]) : Vec<D, Real>(Vec<D, Real>::Zero());
+        s.mass += double(grid_.mass[i]), s.momentum += grid_.velocity[i].template cast<double>();
+        s.light += !divide(grid_, i) && grid_.mass[i] > 0;
+        if (flip_) divide(before_, i);
       }
       return s;
     }, [](const Sums& a, const Sums& b) { return Sums{a.light + b.light, a.mass + b.mass, a.momentum + b.momentum}; });
@@ -241,7 +248,7 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
         GatherAudit audit;
       };
       const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
-        BlockGather<D, Real> gathering(blocks_, grid_, before_, solids_, dt, keep);
+        BlockGather<D, Real> gathering(blocks_, grid_, before_.velocity, solids_, dt, keep);
         gathering.audits = audits_;
         for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
         return Part{gathering.limits, gathering.counts, gathering.lost, gathering.audit};

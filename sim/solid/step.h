@@ -99,8 +99,7 @@ class SolidStep {
   std::vector<std::vector<std::int32_t>> at_;      // of each group: place of each merged block in its own list, -1 when it has none there
   ActiveBlocks<D> blocks_;
   NodeVelocity<D, Real> grid_;                     // momentum until it is divided
-  NodeField<D, Real> before_;                      // FLIP: the field before forces, of the groups that have it: so their momentum is exact
-  std::vector<Real> before_mass_;                  // that it is divided by
+  NodeVelocity<D, Real> before_;                   // the same before forces, of groups with FLIP alone: so their momentum is exact
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   SolidCounts counts_;
