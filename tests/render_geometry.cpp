@@ -340,7 +340,7 @@ TEST(Bodies, OfOneLookAreOneMedium) {
     render::trace::make_scene(setting);
     FAIL() << "100 media";
   } catch (const base::Error& e) {
-    EXPECT_EQ(std::string(e.what()), "look: 100 dielectric surfaces; at most 64 are told apart");
+    EXPECT_EQ(std::string(e.what()), "100 dielectric surfaces; at most 64 are told apart");
   }
 }
 
