@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "sim/transfer/lanes.h"
+#include "sim/instructions.h"
 
 namespace bench {
 namespace {
@@ -73,7 +73,7 @@ void eight_wide(float* sink) {
 
 double multiply_adds(int threads) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-  const bool wide = std::string_view(sim::lanes::instructions()) == "avx512";
+  const bool wide = std::string_view(sim::instructions()) == "avx512";
   std::vector<float> sinks(64 * std::size_t(threads));
   const double s = best_of(5, [&] {
     base::parallel_chunks(std::size_t(threads), 1, [&](std::size_t t, std::size_t) { (wide ? sixteen_wide : eight_wide)(&sinks[64 * t]); });

@@ -3,13 +3,13 @@
 
 #include <immintrin.h>
 
-#include "sim/transfer/lanes.h"
+#include "sim/instructions.h"
 
 int main(int argc, char** argv) {
   _mm_setcsr(_mm_getcsr() | 0x8040);   // denormals are zero, as in the program
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::AddCustomContext("vectors", sim::lanes::instructions());
+  benchmark::AddCustomContext("vectors", sim::instructions());
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return 0;

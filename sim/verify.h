@@ -1,6 +1,6 @@
 #pragma once
 // The hard cases of the method: each sets one up, runs it and says whether what must hold does. `polypic verify` runs them all;
-// docs/stability.md lists them. An expected failure is a case too: it passes when it fails as said.
+// docs/stability/cases.md lists them. An expected failure is a case too: it passes when it fails as said.
 #include <functional>
 #include <optional>
 #include <string>

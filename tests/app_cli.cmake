@@ -1,5 +1,7 @@
-# The include rule, a run's directory, the built program from outside, and the launcher.
+# The include rule, what pages say of each other, a run's directory, the built program from outside, and the launcher.
 polypic_test(includes LABEL fast LINK polypic_base)
+polypic_test(documents LABEL fast LINK polypic_base)
+target_compile_definitions(test_documents PRIVATE POLYPIC_VERSION="${PROJECT_VERSION}")
 polypic_test(app_stages LABEL fast LINK polypic_app nlohmann_json::nlohmann_json)
 polypic_test(app_cli STARTS_PROGRAM LABEL fast LINK polypic_app)
 polypic_test(app_film STARTS_PROGRAM LABEL slow)

@@ -11,6 +11,7 @@
 #include <tbb/global_control.h>
 
 #include "base/past_caches.h"
+#include "sim/instructions.h"
 #include "sim/transfer/tiles.h"
 #include "tests/transfer_cases.h"
 
@@ -277,7 +278,7 @@ void expect_same_bits(const Outcome<Layout>& a, const Outcome<Layout>& b) {
 template <class Layout, class Make>
 void expect_same_bits_on_all_processors(const Make& make) {
   lanes::allow_avx512(false);
-  ASSERT_STREQ(lanes::instructions(), "avx2");
+  ASSERT_STREQ(instructions(), "avx2");
   const Outcome<Layout> narrow = make();
   lanes::allow_avx512(true);
   const Outcome<Layout> wide = make();

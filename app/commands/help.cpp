@@ -149,7 +149,7 @@ every run has them, else the film's pictures. PNG files instead of runs are labe
     {"verify", R"(polypic verify [CASE...] [options]     hard cases of the method: exit code 0 when all pass, 6 when one does not
 
 CASE is a name, its beginning up to a slash ("dam_break", "spinning_disk/2d"), or a pattern: "still_water*", "*/polypic27/*". Every case says
-what must hold, to what tolerance and who says so; one that must fail passes when it fails as said. docs/stability.md lists them all.
+what must hold, to what tolerance and who says so; one that must fail passes when it fails as said. docs/stability/cases.md lists them all.
 
   --quick             without the few that take longer than seconds
   --list              names and expectations, and nothing is run; with --json all that is known of them beforehand

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands/commands.h"
+#include "app/shot/tree.h"
 #include "app/stages/document.h"
 #include "app/study/problem_shot.h"
 #include "base/error.h"
@@ -10,14 +11,6 @@
 
 namespace app {
 namespace {
-
-std::vector<std::string> parts_of(const std::string& key) {
-  std::vector<std::string> parts(1);
-  for (const char c : key)
-    if (c == '.') parts.emplace_back();
-    else parts.back() += c;
-  return parts;
-}
 
 /// "body.NAME.velocity" as somebody writes it who has an entry in mind ("body.column.velocity") or none ("body.velocity").
 bool is_below(const std::string& key, const std::string& topic) {

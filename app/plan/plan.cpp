@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "base/text.h"
 #include "render/plan.h"
@@ -31,13 +30,6 @@ std::span<const base::PassRow> own_pass_rows() {
 surface::Task surface_task(const Shot& shot) {
   return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(),
           .parts_bodies = shot.render.parts_bodies()};
-}
-
-std::vector<std::string> parts_of(std::string_view key) {
-  std::vector<std::string> parts;
-  std::istringstream in{std::string(key)};
-  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
-  return parts;
 }
 
 // "sim.transfer=flip" -> "sim.transfer", "flip"

@@ -88,13 +88,6 @@ std::vector<KeyRow> keys_with(const std::string& solver) {
   return std::move(describer.rows);
 }
 
-std::vector<std::string> parts_of(const std::string& key) {
-  std::vector<std::string> parts;
-  std::istringstream in(key);
-  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
-  return parts;
-}
-
 bool means(const std::string& declared, const std::string& key) {
   const auto a = parts_of(declared), b = parts_of(key);
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) { return x == y || x == "NAME" || x == "N"; });

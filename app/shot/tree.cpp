@@ -165,6 +165,14 @@ Origin place_of(const Node& value) {
   return value.origin;
 }
 
+std::vector<std::string> parts_of(std::string_view key) {
+  std::vector<std::string> parts(1);
+  for (const char c : key)
+    if (c == '.') parts.emplace_back();
+    else parts.back() += c;
+  return parts;
+}
+
 const Node* find_value(const Node& root, const std::string& key) {
   const Node* node = &root;
   std::istringstream parts(key);

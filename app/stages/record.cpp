@@ -11,6 +11,7 @@
 #include "base/atomic_file.h"
 #include "base/checksum.h"
 #include "base/error.h"
+#include "sim/instructions.h"
 
 namespace app {
 namespace {
@@ -250,7 +251,7 @@ Json run_document(const Folder& folder, const Shot& shot, int threads) {
               {"hashes", stages},
               {"program", program},
               {"threads", threads},
-              {"isa", "avx2"},
+              {"isa", sim::instructions()},
               {"plan", plan_json(shot)},
               {"peak_bytes", peak_bytes},
               {"frames", Json::array()}};

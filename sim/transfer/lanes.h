@@ -79,7 +79,5 @@ MovingKernels nodes_bent_of_solids(int set);
 
 /// Whether kernels found from now on may use AVX-512 (where the processor has it), or AVX2 only.
 void allow_avx512(bool);
-/// "avx2" or "avx512": what kernels found now are made of.
-const char* instructions();
 
 }  // namespace sim::lanes

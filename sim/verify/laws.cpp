@@ -21,7 +21,7 @@ const Lame kLame = Lame::of(1e5, 0.3);
 template <int D, class Yield>
 VerifyCase returns(const std::string& law, const Yield& yield, bool dissipates) {
   VerifyCase c = law_case("return_mapping/" + law, D, "case 12");
-  c.expect = "a second return changes no stretch by more than the tolerance; none ends outside the yield surface, none stores energy";
+  c.expect = "a second return changes no stretch by more than the tolerance; none ends outside the yield surface" + std::string(dissipates ? ", none stores energy" : "");
   c.tolerance = 1e-12;
   c.run = [=] {
     std::mt19937 rng(D);
