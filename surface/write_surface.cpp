@@ -31,6 +31,7 @@ field::Scale make_scale(const sim::Frame& frame, const Options& options, const R
   s.gap = std::max(1.5f * s.spacing, s.lone);
   s.limit = 0.35f;
   s.reach = field::kFar + s.lone;
+  s.touch = 0.75f * s.spacing;   // the first layer of particles
   return s;
 }
 
@@ -161,6 +162,7 @@ sim::Frame part_of(const sim::Frame& frame, std::size_t body) {
     part.position.push_back(frame.position[i]);
     part.velocity.push_back(frame.velocity[i]);
     part.id.push_back(frame.id[i]);
+    if (!frame.body.empty()) part.body.push_back(frame.body[i]);
   }
   return part;
 }

@@ -123,6 +123,22 @@ TEST(LevelSet, SurfaceMeetsTheWallAtItsOwnHeight) {
   EXPECT_LT(low, 1);
 }
 
+// A ball half a voxel above the floor: the wedge of air between its lowest particles and their mirror images is what water fills.
+TEST(LevelSet, WhatIsDryTouchesAWallAndDoesNotClingToIt) {
+  const sim::Frame frame = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.15 + kVoxel / 2)).norm() < 0.15; });
+  const auto foot = [&](const std::vector<bool>& dry) {   // [m] its radius, half a voxel above the floor
+    surface::Room walls = room();
+    walls.dry = dry;
+    double widest = 0;
+    for (const Vec3f& x : mesh_of(frame, {}, walls).position)
+      if (std::fabs(x[2] - kVoxel / 2) < 0.3 * kVoxel) widest = std::max(widest, std::hypot(double(x[0]) - 0.4, double(x[1]) - 0.3));
+    return widest;
+  };
+  EXPECT_LT(foot({true}), 4.3 * kVoxel);
+  EXPECT_GT(foot({}), 5 * kVoxel);
+  EXPECT_EQ(foot({false, true}), foot({})) << "it is the second body that is dry";
+}
+
 TEST(LevelSet, VelocityOfUniformFlowIsTheParticles) {
   surface::Room open = room();
   open.walls = {};

@@ -105,6 +105,7 @@ double PictureMaker::surface(std::int64_t frame) {
   const render::Setting setting = setting_at(frame);
   for (const sim::Collider& collider : setting.colliders) room.solids.push_back({collider.shape, collider.velocity});
   for (const render::ColliderImage& image : setting.images) room.solids.push_back({image.shape, setting.colliders[image.collider].velocity});
+  for (const sim::Body& body : shot_.scene.bodies) room.dry.push_back(o.is_solid() && body.solid.model != sim::Elasticity::tait);
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);
   surface::write_surface(file, points, shot_.surface, room, ledger);

@@ -55,15 +55,15 @@ struct Place {
   Vec3 position, velocity;
 };
 
-/// `at` [voxels, m/s] and its images beyond the sides it is near. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
-void add_wall_images(const Place& at, const Room& room, const Vec3& size, float reach, Copies& copies) {
+/// `at` [voxels, m/s], unless it is further than `reach` outside the domain, and its images beyond the sides that are nearer than `near`. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
+void add_wall_images(const Place& at, const Room& room, const Vec3& size, float reach, float near, Copies& copies) {
   const Vec3& x = at.position;
   if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
   double image[3][3], velocity[3][3];   // per axis: itself, beyond the lower side, beyond the upper side
   bool has[3][3];
   for (int a = 0; a < 3; ++a) {
     image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
-    has[a][0] = true, has[a][1] = x[a] < reach, has[a][2] = size[a] - x[a] < reach;
+    has[a][0] = true, has[a][1] = x[a] < near, has[a][2] = size[a] - x[a] < near;
     velocity[a][0] = at.velocity[a];
     for (int side = 0; side < 2; ++side) velocity[a][1 + side] = room.walls[std::size_t(a)][std::size_t(side)] ? -at.velocity[a] : at.velocity[a];
   }
@@ -108,12 +108,17 @@ Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3&
   for (const Solid& solid : room.solids) solids.push_back(continued(solid, room.domain, lattice.voxel));
   copies.position.reserve(frame.position.size() * 5 / 4);
   copies.velocity.reserve(frame.position.size() * 5 / 4);
+  const auto is_dry = [&](std::size_t i) {
+    const std::size_t body = frame.body.empty() ? 0 : frame.body[i];
+    return body < room.dry.size() && room.dry[body];
+  };
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     if (!frame.position[i].allFinite() || !frame.velocity[i].allFinite())
       throw std::logic_error("particle " + std::to_string(frame.id[i]) + " of frame " + std::to_string(frame.number) + " is not finite");
-    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, solids, scale.reach * lattice.voxel, places);
+    const float near = is_dry(i) ? scale.touch : scale.reach;
+    place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, solids, near * lattice.voxel, places);
     for (const Place& place : places)
-      add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, copies);
+      add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, near, copies);
   }
   return copies;
 }
