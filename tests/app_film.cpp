@@ -235,3 +235,34 @@ TEST_F(Film, InfoSaysWhatIsInEveryKindOfFile) {
   for (const std::string name : {"points/points.0002.vdb", "images/beauty.0002.png", "run.json"})
     EXPECT_NE(run_well({"info", "out/x/" + name}).out, "");
 }
+
+// All modes carried as they are make a spinning disk blow up; the watch holds it, and the user is told.
+TEST_F(Film, SaysWhichFramesTheWatchHadDoneAgain) {
+  std::ofstream(folder / "disk.toml") << R"([shot]
+frames = 4
+[sim]
+solver = "solid"
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.04
+transfer = "polypic"
+kernel = "quadratic"
+modes = "full"
+carry = "fixed"
+[[body]]
+name = "disk"
+shape = { sphere = { center = [0.5, 0.5], radius = 0.2 } }
+material = { preset = "jelly", young = 2e4 }
+spin = 20
+)";
+  const std::string told = run_well({"run", "disk.toml"}).out;
+  std::int64_t frames = 0;
+  for (int frame = 2; frame <= 4; ++frame) {
+    const Json record = Json::parse(text_of(folder / ("out/disk/ledger/simulate.000" + std::to_string(frame) + ".json")));
+    const std::int64_t retries = record.at("retries");
+    const std::string line = "watch  frame " + std::to_string(frame) + " went back " + std::to_string(retries) + " times to shorter steps\n";
+    EXPECT_EQ(told.find(line) != std::string::npos, retries > 1) << told;
+    frames += retries > 1;
+  }
+  EXPECT_GT(frames, 0);
+}

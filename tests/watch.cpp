@@ -228,7 +228,6 @@ TEST(Watch, SeesEnergyThatNobodyGave) {
   }
 }
 
-// A first step as long as the frame, for a state that says nothing moves: half of it is short enough, and the rest of the frame is as ever.
 // A film's energy is that of a part of a cell, to which a surface is known.
 TEST(Watch, ComparesNoEnergyOfAFilmBelowWhatACellResolves) {
   for (const double thick : {0.01, 0.025, 0.05}) {
@@ -244,6 +243,7 @@ TEST(Watch, ComparesNoEnergyOfAFilmBelowWhatACellResolves) {
   }
 }
 
+// A first step as long as the frame, for a state that says nothing moves: half of it is short enough, and the rest of the frame is as ever.
 TEST(Watch, GoesBackToTheStartOfAStepThatMovesAParticleTooFar) {
   Scene scene = jelly();
   scene.bodies[0].velocity = {3, 0, 0}, scene.bodies[1].velocity = {3, 0, 0};

@@ -12,6 +12,7 @@
 #include "app/stages/record.h"
 #include "app/stages/stopwatch.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "surface/surface.h"
 
 namespace app {
@@ -27,7 +28,7 @@ bool is_of_the_run(const sim::Column& column) {
 
 PointsMaker::PointsMaker(const Shot& shot, const Folder& folder, std::string hash, std::vector<std::int64_t> missing, base::Progress& progress)
     : shot_(shot), folder_(folder), hash_(std::move(hash)), missing_(std::move(missing)),
-      checkpoints_(folder, hash_, shot.checkpoint_keep, progress) {
+      checkpoints_(folder, hash_, shot.checkpoint_keep, progress), progress_(progress) {
   if (!missing_.empty()) watch_ = std::make_unique<sim::Watch>(shot.scene, shot.fps);
 }
 
@@ -61,6 +62,7 @@ double PointsMaker::make(std::int64_t frame) {
   write_record(folder_, shot_.scene.options.dimension,
                {.stage = Stage::simulate, .frame = frame, .hash = hash_, .seconds = watch.seconds(),
                 .cpu_seconds = watch.cpu_seconds(), .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
+  if (totals.retries > 0) progress_.line("watch  frame " + std::to_string(frame) + " went back " + base::count_of(totals.retries, "time") + " to shorter steps");
   checkpoints_.prune(frame);   // not before the record is there: a checkpoint without it is none
   return watch.seconds();
 }

@@ -35,6 +35,7 @@ class PointsMaker {
   std::string hash_;
   std::vector<std::int64_t> missing_;
   Checkpoints checkpoints_;
+  base::Progress& progress_;
   std::unique_ptr<sim::Watch> watch_;   // what it has reached is a whole frame: an interrupted simulation stands between two
 };
 
