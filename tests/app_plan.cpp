@@ -147,6 +147,13 @@ TEST_F(PlanCommand, MeasuresOnceAndRemembersHowFarOffItWas) {
   EXPECT_LT(Json::parse(text_of(log / "cache/polypic/outcomes.json")).at("runs").at(0).at("disk"), 1e7);
 }
 
+// Steps shorter than a millionth of a frame end a run.
+TEST_F(PlanCommand, SaysWhetherSmallRunsFailOrTakeTooLong) {
+  write("hard.toml", "[sim]\nsolver = \"solid\"\ndimension = 2\ncell = 0.04\n[[body]]\nname = \"disk\"\n"
+                     "shape = { sphere = { center = [0.5, 0.5], radius = 0.2 } }\nmaterial = { preset = \"jelly\", young = 1e17 }\n");
+  EXPECT_TRUE(has(run({"plan", "hard.toml"}).out, "no prediction: a small run of this shot fails\n"));
+}
+
 TEST_F(PlanCommand, MeasuresNothingForAReaderThatIsGone) {
   const std::string line = "cd '" + folder.string() + "' && { trap '' PIPE; (while echo; do :; done) 2>/dev/null; " POLYPIC_PROGRAM
                            " plan x.toml 2>/dev/null; echo $? >code; } | true";

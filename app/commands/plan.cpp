@@ -13,6 +13,7 @@
 #include "app/plan/predict.h"
 #include "app/stages/document.h"
 #include "app/stages/interrupt.h"
+#include "app/stages/stopwatch.h"
 #include "app/stages/write_over.h"
 #include "base/atomic_file.h"
 #include "base/progress.h"
@@ -104,6 +105,7 @@ void plan(const Request& request) {
   const double memory = free_memory(), disk = free_disk(request.out.value_or(std::filesystem::path("out") / shot.name));
   if (!request.json) print_effects(shot), print_sizes(shot, size), std::fflush(stdout);
 
+  const Stopwatch watch;
   std::optional<Pilot> pilot = cached_pilot(shot, range.last, threads);
   if (!pilot) {   // as a run does, which knows no more
     require_room(shot, least(shot, range), memory, disk);
@@ -113,7 +115,7 @@ void plan(const Request& request) {
   std::optional<Prediction> predicted;
   if (pilot) predicted = predict(shot, *pilot, range);
   if (predicted && !request.json) print_prediction(*predicted, *pilot);
-  if (!predicted && !request.json) std::printf("\nno prediction: small runs of this shot take more than a minute, or fail\n");
+  if (!predicted && !request.json) std::printf("\nno prediction: %s\n", why_no_pilot(watch.seconds()).c_str());
   if (predicted) require_room(shot, *predicted, memory, disk);
   if (!request.json) return;
   Json out = {{"schema", 1}, {"shot", shot.name}};

@@ -253,4 +253,8 @@ std::optional<Pilot> measure_pilot(const fs::path& program, const Shot& shot, co
   return Measuring(program, shot, overrides, threads, given_up).measure(last_frame);
 }
 
+std::string why_no_pilot(double seconds) {
+  return seconds < kLongestPilot ? "a small run of this shot fails" : "small runs of this shot take more than a minute";
+}
+
 }  // namespace app

@@ -48,6 +48,9 @@ inline constexpr std::int64_t kLastFollowed = 200;
 std::optional<Pilot> measure_pilot(const std::filesystem::path& program, const Shot&, const Overrides&, std::int64_t last_frame, int threads,
                                    const std::function<bool()>& given_up = [] { return false; });
 
+/// Why there is none, from how long measuring took [s]: "small runs of this shot take more than a minute" or "a small run of this shot fails".
+std::string why_no_pilot(double seconds);
+
 /// The pilot of a shot like this one (other sizes are no difference) on this machine with this program, from the user's cache.
 std::optional<Pilot> cached_pilot(const Shot&, std::int64_t last_frame, int threads);
 /// Failing to keep it is no error: it is measured again.

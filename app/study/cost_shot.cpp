@@ -190,6 +190,7 @@ class ShotStudy {
 
   /// As `polypic plan` foretells the reference.
   void tell_predicted_time(TrialRuns& runs) {
+    const Stopwatch watch;
     std::optional<Pilot> pilot = cached_pilot(shot_, last_, order_.threads);
     if (!pilot) {
       progress_.line("       measuring small runs of the shot on this machine, a minute at most; they are kept ...");
@@ -197,7 +198,7 @@ class ShotStudy {
       if (pilot) keep_pilot(shot_, order_.threads, *pilot);
     }
     if (!pilot) {
-      progress_.line("runs   how long they take is not known: small runs of this shot take more than a minute, or fail");
+      progress_.line("runs   how long they take is not known: " + why_no_pilot(watch.seconds()));
       return;
     }
     const double simulating = predict(shot_, *pilot, {1, last_}).cpu["simulate"] / order_.threads;
