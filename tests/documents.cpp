@@ -2,22 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
+
+#include "base/atomic_file.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(fs::path(POLYPIC_SOURCE_DIR) / file);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string text_of(const fs::path& file) { return base::read_file(fs::path(POLYPIC_SOURCE_DIR) / file); }
 
 /// Every match's first group.
 std::set<std::string> found_in(const std::string& text, const std::regex& pattern) {

@@ -2,12 +2,11 @@
 #include "app/plan/plan.h"
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
-#include <sstream>
 
+#include "base/atomic_file.h"
 #include "plan_shots.h"
 #include "render/plan.h"
 #include "shot_file.h"
@@ -20,15 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> parts_of(const std::string& key) {
-  std::vector<std::string> parts;
-  std::istringstream in(key);
-  for (std::string part; std::getline(in, part, '.');) parts.push_back(part);
-  return parts;
-}
-
 bool lies_under(const std::string& table, const std::string& key) {
-  const auto a = parts_of(table), b = parts_of(key);
+  const auto a = app::parts_of(table), b = app::parts_of(key);
   return a.size() <= b.size() && std::equal(a.begin(), a.end(), b.begin());
 }
 
@@ -49,13 +41,6 @@ std::vector<std::string> choices_of(const app::KeyRow& row) {
   return choices;
 }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 /// Names in `ledger.pass("NAME"` below a folder.
 std::set<std::string> passes_in_source() {
   std::set<std::string> names;
@@ -63,7 +48,7 @@ std::set<std::string> passes_in_source() {
   for (const std::string folder : {"sim", "surface", "render", "app"})
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(POLYPIC_SOURCE_DIR) / folder)) {
       if (entry.path().extension() != ".cpp" && entry.path().extension() != ".h") continue;
-      const std::string text = text_of(entry.path());
+      const std::string text = base::read_file(entry.path());
       for (std::sregex_iterator i(text.begin(), text.end(), call), end; i != end; ++i) names.insert((*i)[1]);
     }
   return names;
@@ -128,7 +113,7 @@ TEST_F(Plan, EveryPassOfTheSourceHasARowAndEveryRowAPass) {
   const std::set<std::string> source = passes_in_source(), planned = app::all_passes();
   EXPECT_GT(source.size(), 15u);
   EXPECT_EQ(source, planned);
-  const std::string page = text_of(fs::path(POLYPIC_SOURCE_DIR) / "docs/files.md");
+  const std::string page = base::read_file(fs::path(POLYPIC_SOURCE_DIR) / "docs/files.md");
   for (const std::string& name : planned)
     EXPECT_TRUE(std::regex_search(page, std::regex("\\b" + name + "\\b"))) << name << " is not described in docs/files.md";
 }

@@ -126,9 +126,10 @@ TEST(LevelSet, SurfaceMeetsTheWallAtItsOwnHeight) {
 // A ball half a voxel above the floor: the wedge of air between its lowest particles and their mirror images is what water fills.
 TEST(LevelSet, WhatIsDryTouchesAWallAndDoesNotClingToIt) {
   const sim::Frame frame = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.15 + kVoxel / 2)).norm() < 0.15; });
-  const auto foot = [&](const std::vector<bool>& dry) {   // [m] its radius, half a voxel above the floor
+  const auto foot = [&](const std::vector<bool>& dry, bool has_walls = true) {   // [m] its radius, half a voxel above the floor
     surface::Room walls = room();
     walls.dry = dry;
+    if (!has_walls) walls.walls = {};
     double widest = 0;
     for (const Vec3f& x : mesh_of(frame, {}, walls).position)
       if (std::fabs(x[2] - kVoxel / 2) < 0.3 * kVoxel) widest = std::max(widest, std::hypot(double(x[0]) - 0.4, double(x[1]) - 0.3));
@@ -137,6 +138,7 @@ TEST(LevelSet, WhatIsDryTouchesAWallAndDoesNotClingToIt) {
   EXPECT_LT(foot({true}), 4.3 * kVoxel);
   EXPECT_GT(foot({}), 5 * kVoxel);
   EXPECT_EQ(foot({false, true}), foot({})) << "it is the second body that is dry";
+  EXPECT_EQ(foot({true}, false), foot({}, false)) << "a side that is no wall is nothing to touch";
 }
 
 TEST(LevelSet, VelocityOfUniformFlowIsTheParticles) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 
 #include "base/text.h"
 
@@ -166,6 +165,7 @@ Origin place_of(const Node& value) {
 }
 
 std::vector<std::string> parts_of(std::string_view key) {
+  if (key.empty()) return {};
   std::vector<std::string> parts(1);
   for (const char c : key)
     if (c == '.') parts.emplace_back();
@@ -175,8 +175,8 @@ std::vector<std::string> parts_of(std::string_view key) {
 
 const Node* find_value(const Node& root, const std::string& key) {
   const Node* node = &root;
-  std::istringstream parts(key);
-  for (std::string part; node && std::getline(parts, part, '.');) node = node->is_list() ? find_entry(*node, part) : node->find(part);
+  for (const std::string& part : parts_of(key))
+    if (node) node = node->is_list() ? find_entry(*node, part) : node->find(part);
   return node;
 }
 

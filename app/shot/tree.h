@@ -59,7 +59,7 @@ std::string shot_text(const Node& root);
 /// Every key with the text of its value, in order: "body.column.shape.box".
 std::vector<std::pair<std::string, std::string>> flat(const Node& root);
 
-/// The words of a dotted key: "body.column.shape" has three, "body." an empty second one.
+/// The words of a dotted key: "body.column.shape" has three, "body." an empty second one, "" none.
 std::vector<std::string> parts_of(std::string_view key);
 
 /// Where a value is from: of a table or an array the --set that changed a part of it, where there is one.

@@ -55,17 +55,22 @@ struct Place {
   Vec3 position, velocity;
 };
 
-/// `at` [voxels, m/s], unless it is further than `reach` outside the domain, and its images beyond the sides that are nearer than `near`. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
-void add_wall_images(const Place& at, const Room& room, const Vec3& size, float reach, float near, Copies& copies) {
+/// `at` [voxels, m/s], unless it is further than `reach` outside the domain, and its images: beyond walls that are nearer than `near`, and other sides
+/// that are nearer than `reach`. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
+void add_images(const Place& at, const Room& room, const Vec3& size, float reach, float near, Copies& copies) {
   const Vec3& x = at.position;
   if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
   double image[3][3], velocity[3][3];   // per axis: itself, beyond the lower side, beyond the upper side
   bool has[3][3];
   for (int a = 0; a < 3; ++a) {
     image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
-    has[a][0] = true, has[a][1] = x[a] < near, has[a][2] = size[a] - x[a] < near;
+    has[a][0] = true;
     velocity[a][0] = at.velocity[a];
-    for (int side = 0; side < 2; ++side) velocity[a][1 + side] = room.walls[std::size_t(a)][std::size_t(side)] ? -at.velocity[a] : at.velocity[a];
+    for (int side = 0; side < 2; ++side) {
+      const bool wall = room.walls[std::size_t(a)][std::size_t(side)];
+      has[a][1 + side] = (side == 0 ? x[a] : size[a] - x[a]) < (wall ? near : reach);
+      velocity[a][1 + side] = wall ? -at.velocity[a] : at.velocity[a];
+    }
   }
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
@@ -118,7 +123,7 @@ Copies with_mirror_images(const sim::Frame& frame, const Room& room, const Vec3&
     const float near = is_dry(i) ? scale.touch : scale.reach;
     place_and_images({frame.position[i].cast<double>(), frame.velocity[i].cast<double>()}, solids, near * lattice.voxel, places);
     for (const Place& place : places)
-      add_wall_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, near, copies);
+      add_images({(place.position - lattice.origin) / lattice.voxel, place.velocity}, room, size, scale.reach, near, copies);
   }
   return copies;
 }
