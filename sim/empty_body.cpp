@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/colliders/solids.h"
+#include "sim/fluid/sources.h"
 #include "sim/seeding.h"
 #include "sim/transfer/dimension.h"
 
@@ -80,7 +81,7 @@ std::optional<EmptyBody> first_empty_body(const Scene& scene) {
   const Lattice<D> lattice = lattice_of<D>(o);
   std::vector<Holder> holders;
   for (std::size_t c = 0; c < scene.colliders.size(); ++c) {
-    Scene alone{.options = o, .bodies = {}, .colliders = {scene.colliders[c]}, .effects = {}};
+    Scene alone{.options = o, .bodies = {}, .sources = {}, .colliders = {scene.colliders[c]}, .effects = {}};
     holders.push_back({"collider " + name_of(scene.colliders[c].name, c), Solids<D>(alone, lattice).shapes});
   }
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -96,7 +97,7 @@ std::optional<EmptyBody> first_empty_body(const Scene& scene) {
     }
     const std::string name = name_of(body.name, b);
     if (!filled) {
-      EmptyBody empty{b, complaint_about<D>(body, o, outside, holders)};
+      EmptyBody empty{"body " + name, b, complaint_about<D>(body, o, outside, holders)};
       empty.complaint.key = "body." + name + ".shape";
       return empty;
     }
@@ -105,11 +106,48 @@ std::optional<EmptyBody> first_empty_body(const Scene& scene) {
   return {};
 }
 
+/// Of a source that has no cell.
+template <int D>
+base::Complaint complaint_about(const Source& source, const Options& o, const Lattice<D>& lattice) {
+  const std::vector<Shape> images = with_images(source.shape, o);
+  const std::vector<std::int64_t> numbers = cells_around<D>(images, o, lattice);
+  const bool any = std::any_of(numbers.begin(), numbers.end(), [&](std::int64_t number) {
+    base::Vec3 middle = o.domain.lower;
+    const Cell<D> at = cell_of<D>(number, lattice);
+    for (int a = 0; a < D; ++a) middle[a] += o.cell * (at[std::size_t(a)] + 0.5);
+    return any_holds(images, middle);
+  });
+  base::Complaint complaint;
+  if (numbers.empty()) complaint.message = "no cell: it lies outside the domain";
+  else complaint.message = any ? "no cell: those with their middles in it are a collider's or an earlier source's"
+                                : fmt::format("no cell of {:.4g} m has its middle in it", o.cell);
+  return complaint;
+}
+
+template <int D>
+std::optional<EmptyBody> first_empty_source(const Scene& scene) {
+  if (scene.sources.empty()) return {};
+  const Lattice<D> lattice = lattice_of<D>(scene.options);
+  const Solids<D> solids(scene, lattice);
+  const Sources<D> sources(scene, solids);
+  for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+    if (!sources.cells(int(s)).empty()) continue;
+    const std::string name = name_of(scene.sources[s].name, s);
+    EmptyBody empty{"source " + name, s, complaint_about<D>(scene.sources[s], scene.options, lattice)};
+    empty.complaint.key = "source." + name + ".shape";
+    return empty;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<EmptyBody> find_empty_body(const Scene& scene) {
-  return with_numbers(scene.options,
-                      [&](auto dimension, auto number) { return first_empty_body<decltype(dimension)::value, decltype(number)>(scene); });
+  return with_numbers(scene.options, [&](auto dimension, auto number) {
+    constexpr int D = decltype(dimension)::value;
+    const std::optional<EmptyBody> body = first_empty_body<D, decltype(number)>(scene);
+    return body ? body : first_empty_source<D>(scene);
+  });
 }
 
 }  // namespace sim

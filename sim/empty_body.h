@@ -1,7 +1,8 @@
 #pragma once
-// Bodies that get no particle: they would vanish from the film without a word.
+// Bodies that get no particle, and sources without a cell: they would be missing in the film without a word.
 #include <cstddef>
 #include <optional>
+#include <string>
 
 #include "base/error.h"
 #include "sim/scene.h"
@@ -9,11 +10,12 @@
 namespace sim {
 
 struct EmptyBody {
-  std::size_t body;            // place in the scene
+  std::string name;            // "body jelly"
+  std::size_t place;           // in the scene's list
   base::Complaint complaint;   // key "body.NAME.shape", and why: outside the domain, too small, or inside what comes first
 };
 
-/// The first such body. Looks at places all over each body until one is its own: a body that owns a share s of the cells around it takes about
+/// The first such body, or else the first such source. Looks at places all over each body until one is its own: a body that owns a share s of the cells around it takes about
 /// 1/s looks, and only one that is empty takes them all.
 std::optional<EmptyBody> find_empty_body(const Scene&);
 

@@ -40,6 +40,7 @@ struct Totals {
   std::uint64_t state_hash = 0;           // of the whole particle state, independent of storage order
   std::int64_t pushed_out = 0;            // particles moved back out of a wall or collider since the frame before
   std::int64_t left = 0;                  // particles gone through an open side since the frame before
+  std::int64_t poured = 0;                // particles that sources gave, since the frame before
   std::int64_t dropped_modes = 0;         // particles pushed so far that they lost the modes that bend, since the frame before
   std::int64_t limited_modes = 0;         // coefficients scaled down by a carry that limits, since the frame before
   std::int64_t light_faces = 0;           // faces reached by particles but too light to have a velocity, since the frame before
@@ -50,7 +51,8 @@ struct Totals {
   EnergyChanges energy_changes = {};      // [J] by stage, since the frame before; empty unless sim.audit
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
   std::int64_t retries = 0;               // times that the watch had the frame done again
-  double collider_work = 0;               // [J] what moving colliders did on a liquid, since the frame before
+  double collider_work = 0;               // [J] what moving colliders, and what sources pour, did on a liquid, since the frame before
+  double poured_energy = 0;               // [J] kinetic and potential, of what sources gave, since the frame before
   double gravity_work = 0;                // [J] what gravity did along periodic axes, where no potential energy stands for it, since the frame before
   double largest_coefficient = 0;         // [m/s] of any particle and mode
   double largest_cfl = 0;                 // [cells] the longest way of a particle in a step, since the frame before

@@ -314,6 +314,19 @@ void Body::params(base::Params& p) {
   else p.without("look", kNoLook);
 }
 
+void Source::params(base::Params& p) {
+  p("name", name, "unique name, used by --set source.NAME.key");
+  p.table("shape", "where it is: whole cells, those with their middles in it", [&](base::Params& q) { shape.params(q, false); });
+  p("velocity", velocity, "m/s", "velocity of what it pours");
+  p.require(!velocity.isZero(0), "velocity", "must not be zero: nothing would come");
+  p("density", density, "kg/m^3", "mass per volume", base::above(0), "that of the bodies, or 1000");
+  p("start", start, "s", "when it begins; the first frame is 0", base::at_least(0));
+  p("end", end, "s", "when it ends", base::above(0), "never");
+  p.require(!end || *end > start, "end", "must be later than start");
+  if (p.when(p.vector_size() == 3)) p("look", look, "look of the liquid in pictures; unset: that of the bodies, or water");
+  else p.without("look", kNoLook);
+}
+
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
   p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, false); });
@@ -461,12 +474,21 @@ std::optional<std::size_t> find_unmet_collider(const Scene& scene) {
   return {};
 }
 
+double liquid_density(const Scene& scene) {
+  if (!scene.bodies.empty()) return scene.bodies.front().density;
+  for (const Source& source : scene.sources)
+    if (source.density) return *source.density;
+  return Body().density;
+}
+
 void Scene::params(base::Params& p) {
   p.table("sim", "the simulation", [&](base::Params& q) { options.params(q); });
   Body body;
   Collider collider;
   body.is_solid = collider.meets_solids = options.is_solid();
   p.list("body", bodies, "material at the first frame", body);
+  if (p.when(!options.is_solid())) p.list("source", sources, "where liquid pours in");
+  else p.without("source", "needs sim.solver = \"fluid\": only liquids pour");
   p.list("collider", colliders, "solids in the way", collider);
   p.list("effect", effects, "what acts; nothing acts unless it is named",
          options.dimension == 2 ? Effect{.acceleration = base::Vec3(0, -9.81, 0)} : Effect{});
@@ -478,6 +500,7 @@ void Scene::params(base::Params& p) {
     return true;
   };
   p.require(unique(bodies), "body", "two bodies have the same name");
+  p.require(unique(sources), "source", "two sources have the same name");
   p.require(unique(colliders), "collider", "two colliders have the same name");
   const double most = most_particles(*this);
   p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
@@ -488,6 +511,9 @@ void Scene::params(base::Params& p) {
               "needs a collider as thick as sim.cell, with a node of the grid in it: contact of solids is there");
   for (const Body& one : bodies)
     p.require(options.is_solid() || one.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    p.require(sources[i].density.value_or(liquid_density(*this)) == liquid_density(*this), "source." + std::to_string(i + 1) + ".density",
+              "one liquid has one density: bodies and sources must have the same");
 }
 
 }  // namespace sim

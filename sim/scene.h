@@ -1,5 +1,5 @@
 #pragma once
-// What is simulated: the keys of [sim], [[body]], [[collider]] and [[effect]]. SI units; in two dimensions those of a slab one metre
+// What is simulated: the keys of [sim], [[body]], [[source]], [[collider]] and [[effect]]. SI units; in two dimensions those of a slab one metre
 // deep: z is 0 in every vector, and a density is still that of a cubic metre.
 #include <array>
 #include <cstdint>
@@ -56,7 +56,7 @@ struct Shape {
   std::optional<Eigen::Quaterniond> turn;      // of the box, about its middle
   std::optional<Sphere> sphere;
   std::optional<Mesh> mesh;
-  /// A collider `may_be_mesh` not.
+  /// A collider `may_be_mesh` not, nor may a source.
   void params(base::Params&, bool may_be_mesh);
   bool any() const { return box || sphere || mesh; }
   /// By `angle` [degrees] about `axis` through the box's middle, counter-clockwise seen from its tip.
@@ -86,6 +86,18 @@ struct Body {
   base::CountOrName modes;                   // likewise
   std::string look;                          // empty: the look named as the material
   bool is_solid = false;                     // which keys it has: the scene's solver decides
+  void params(base::Params&);
+};
+
+/// Where liquid pours in.
+struct Source {
+  std::string name;
+  Shape shape;                               // cells with their middles in it are full of what it pours
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s] of all of it; not 0
+  std::optional<double> density;             // [kg/m^3]; unset: the bodies'
+  double start = 0;                          // [s]
+  std::optional<double> end;                 // [s]; unset: it never ends
+  std::string look;                          // empty: the bodies', or that of water
   void params(base::Params&);
 };
 
@@ -159,11 +171,15 @@ std::vector<Shape> with_images(const Shape& shape, const Options&, double margin
 struct Scene {
   Options options;
   std::vector<Body> bodies;
+  std::vector<Source> sources;               // of liquids only
   std::vector<Collider> colliders;
   std::vector<Effect> effects;
-  /// Visits [sim], [[body]], [[collider]] and [[effect]], and checks what holds between them.
+  /// Visits [sim], [[body]], [[source]], [[collider]] and [[effect]], and checks what holds between them.
   void params(base::Params&);
 };
+
+/// [kg/m^3] of a fluid scene.
+double liquid_density(const Scene&);
 
 /// The place of the first collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
 std::optional<std::size_t> find_unmet_collider(const Scene&);

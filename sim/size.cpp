@@ -6,9 +6,11 @@
 #include <numeric>
 
 #include "sim/effects/gravity.h"
+#include "sim/fluid/sources.h"
 #include "sim/pace.h"
 #include "sim/seeding.h"
 #include "sim/solid/make_model.h"
+#include "sim/transfer/dimension.h"
 
 namespace sim {
 namespace {
@@ -47,6 +49,22 @@ struct Pattern {
   }
 };
 
+/// What sources have given by a time [s], as if nothing were in their cells when they begin.
+double poured_by(double time, const Scene& scene) {
+  if (scene.sources.empty()) return 0;
+  return with_numbers(scene.options, [&](auto dimension, auto) {
+    constexpr int D = decltype(dimension)::value;
+    const Solids<D> solids(scene, lattice_of<D>(scene.options));
+    const Sources<D> sources(scene, solids);
+    double particles = 0;
+    for (int s = 0; s < sources.count(); ++s) {
+      if (time < sources.start(s)) continue;
+      particles += double(sources.cells(s).size()) * double(scene.options.particles_per_cell) + sources.rate(s) * (std::min(time, sources.end(s)) - sources.start(s));
+    }
+    return particles;
+  });
+}
+
 }  // namespace
 
 std::int64_t common_parts(const Options& o) {
@@ -75,8 +93,11 @@ Size size_of(const Scene& scene) {
       size.particles += double(inside) * pattern.particles_each;
       taken.push_back(shape);
     }
+  size.particles += poured_by(0, scene);
   return size;
 }
+
+double particles_at(double time, const Scene& scene) { return size_of(scene).particles + poured_by(time, scene) - poured_by(0, scene); }
 
 namespace {
 

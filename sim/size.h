@@ -7,7 +7,7 @@
 namespace sim {
 
 struct Size {
-  double particles = 0;   // expected: the seeding's boxes whose middles lie in a body and in no collider
+  double particles = 0;   // expected: the seeding's boxes whose middles lie in a body and in no collider, and what sources hold at the start
   double cells = 0;       // of the domain
 };
 
@@ -16,6 +16,9 @@ std::int64_t common_parts(const Options&);
 
 /// Looks at most at some millions of places: of a larger scene at a coarser pattern, which is off by a share of a body's surface.
 Size size_of(const Scene&);
+
+/// Particles at a time [s], where none leaves.
+double particles_at(double time, const Scene&);
 
 /// Steps from one frame to the next while the fastest particle gets from `before` to `after` [m/s]; of solids, in which sound goes as fast as at
 /// rest:

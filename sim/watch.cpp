@@ -37,6 +37,7 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
     frame_(1 / fps), slow_(0.01 * scene.options.cell * fps) {
   for (const Body& b : scene.bodies)
     if (b.is_solid && b.solid.plasticity == Plasticity::snow) share_ = kShareOfSnow;
+  for (const Source& s : scene.sources) collider_speed_ = std::max(collider_speed_, s.velocity.norm());
   for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.velocity.norm());
   const base::Vec3 g = gravity(scene);
   if (scene.options.solver == "fluid") unresolved_ = g.norm() * scene.options.cell;
@@ -194,12 +195,14 @@ Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
   };
   if (!std::isfinite(energy) || !std::isfinite(t.max_speed) || !t.linear_momentum.allFinite())
     throw Unstable(frame, violated("finite", lost_particle(scene_, simulation_->frame()), kShorterSteps));
-  now.particles -= double(t.left);
-  if (double(t.particles) != now.particles)
-    throw Unstable(frame, violated("mass", fmt::format("{} particles, where {:.0f} were and {} have left", t.particles, before.particles, t.left),
+  now.particles += double(t.poured) - double(t.left);
+  if (double(t.particles) != now.particles) {
+    const std::string poured = t.poured > 0 ? fmt::format(", {} were poured", t.poured) : "";
+    throw Unstable(frame, violated("mass", fmt::format("{} particles, where {:.0f} were{} and {} have left", t.particles, before.particles, poured, t.left),
                                    "this is a fault of the program"));
+  }
 
-  const double work = t.collider_work + t.gravity_work;
+  const double work = t.collider_work + t.gravity_work + t.poured_energy;
   now.work += work, now.start += std::max(work, 0.0);
   const double free = energy - now.work;
   const double had = std::max(now.least + now.work, 0.0);

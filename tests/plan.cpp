@@ -175,7 +175,7 @@ TEST_F(Plan, WhatIsNotThereIsNotRead) {
 TEST_F(Plan, ALiquidCarriesNothingElastic) {
   const std::set<std::string> kOfLiquids = {"cell", "offset", "id", "coefficients", "order", "departures", "pressure"};
   const std::set<std::string_view> kPassesOfLiquids = {"sort", "p2g", "sums", "forces", "pressure", "reflect", "extrapolate", "volume", "g2p",
-                                                       "advect", "collide", "carry", "audit", "watch"};
+                                                       "advect", "source", "collide", "carry", "audit", "watch"};
   int liquids = 0, solids = 0;
   for (const app::Shot& shot : all_shots()) {
     const bool liquid = shot.scene.options.solver == "fluid";

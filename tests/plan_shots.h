@@ -32,6 +32,11 @@ inline std::string ball(const std::string& name, const std::string& center, doub
 }
 inline const std::string kBall = ball("ball", "[0.6, 0.2, 0.1]", 0.12), kDisc = ball("disc", "[0.6, 0.1]", 0.08);
 
+inline std::string source(const std::string& name, const std::string& box, const std::string& velocity) {
+  return "[[source]]\nname = \"" + name + "\"\nshape = { box = " + box + " }\nvelocity = " + velocity + "\n";
+}
+inline const std::string kSpout = source("spout", "[[0.6, 0.1, 0.2], [0.8, 0.3, 0.4]]", "[-1, 0, 0]");
+
 inline std::string look(const std::string& keys) { return "[look.special]\n" + keys; }
 
 inline std::vector<SmallShot> small_shots() {
@@ -64,6 +69,9 @@ inline std::vector<SmallShot> small_shots() {
       {"ball_without_walls", kTank + kBall, {everywhere}},
       {"open", kTank + kGravity, {"sim.boundary={x_lower=\"open\"}"}},
       {"stirred", kTank + kGravity + kBall, {"collider.ball.velocity=[0.1,0,0]"}},
+      {"poured", kTank + kGravity + kSpout},
+      {"poured_alone", "[shot]\nframes = 2\nfps = 24\n[sim]\ndimension = 2\n" + kSheet.substr(kSheet.find("domain")) + source("spout", "[[0, 0.2], [0.1, 0.3]]", "[1, 0]") +
+                           "[render]\n" + kFlatPicture},
       {"rough", kTank, {"surface.smooth=0"}},
       {"swirls", kTank + kGravity, {"preview.color=vorticity", "preview.draw=surface"}},
       {"pressed", kTank + kGravity, {"sim.write.pressure=true", "preview.color=pressure"}},

@@ -91,6 +91,30 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
   for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
 }
 
+TEST_F(BadShot, SaysWhatASourceNeeds) {
+  const std::string named = "[[source]]\nname = \"tap\"\n", shape = "shape = { box = [[0.6, 0.6, 0.6], [0.8, 0.8, 0.8]] }\n", tap = named + shape + "velocity = [0, 0, -1]\n";
+  const std::vector<Bad> table = {
+      {named + shape, "x.toml:4:1: source.tap.velocity = [0, 0, 0] m/s: must not be zero: nothing would come"},
+      {named + "velocity = [1, 0, 0]\n", "x.toml:4:1: source.tap.shape: a source needs a shape"},
+      {tap + "start = 1\nend = 0.5\n", "x.toml:9:7: source.tap.end = 0.5 s: must be later than start"},
+      {tap + "density = 1200\n", "x.toml:8:11: source.tap.density = 1200 kg/m^3: one liquid has one density: bodies and sources must have the same"},
+      {tap + "look = \"glass\"\n", "x.toml:8:8: source.tap.look = \"glass\": one liquid has one look: bodies and sources must have the same"},
+      {tap + "look = \"jam\"\n", "x.toml:8:8: source.tap.look = \"jam\": there is no such look; there are clay, dry_sand, glass, ground, jelly, lamp, plaster, "
+                                   "rubber, sand, slate, snow, steel, water, water_mpm, wax, wet_sand"},
+      {tap + tap, "x.toml:9:8: source.2.name = \"tap\": must be unique"},
+      {named + "shape = { box = [[0.602, 0.6, 0.6], [0.607, 0.8, 0.8]] }\nvelocity = [0, 0, -1]\n",
+       "x.toml:6:9: source.tap.shape: no cell of 0.02 m has its middle in it"},
+      {named + "shape = { box = [[0.6, 0.6, 1.6], [0.8, 0.8, 1.8]] }\nvelocity = [0, 0, -1]\n", "x.toml:6:9: source.tap.shape: no cell: it lies outside the domain"},
+      {tap + "[[collider]]\nshape = { box = [[0.5, 0.5, 0.5], [0.9, 0.9, 0.9]] }\n",
+       "x.toml:6:9: source.tap.shape: no cell: those with their middles in it are a collider's or an earlier source's"},
+      {tap + "[sim]\nsolver = \"solid\"\n", "x.toml:4:3: source: needs sim.solver = \"fluid\": only liquids pour"},
+  };
+  for (const Bad& bad : table) EXPECT_EQ(line(kLeast + bad.text), bad.line) << bad.text;
+  EXPECT_EQ(line(kLeast + tap), "no error");
+  EXPECT_EQ(line(tap), "no error");   // nothing but a source
+  EXPECT_EQ(line(tap + "start = 0.1\n"), "x.toml:5:9: source.tap.start = 0.1 s: needs a [[body]], or a source that begins at the first frame: there is nothing before");
+}
+
 // A body that got no particle would be missing from the film without a word.
 TEST_F(BadShot, IsToldWhichBodyGetsNoParticleAndWhy) {
   const auto body = [](const std::string& name, const std::string& shape) {
@@ -244,8 +268,8 @@ TEST_F(BadShot, IsToldWhereItsSyntaxBreaks) {
 }
 
 TEST_F(BadShot, NeedsABody) {
-  EXPECT_EQ(line(""), "x.toml: body: a shot needs at least one [[body]]");
-  EXPECT_EQ(line("body = []"), "x.toml:1:8: body: a shot needs at least one [[body]]");
+  EXPECT_EQ(line(""), "x.toml: body: a shot needs at least one [[body]], or a [[source]]");
+  EXPECT_EQ(line("body = []"), "x.toml:1:8: body: a shot needs at least one [[body]], or a [[source]]");
 }
 
 // A law may fail only because of a misspelt key: the key is what the user must hear of.

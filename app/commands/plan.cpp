@@ -44,11 +44,12 @@ void print_effects(const Shot& shot) {
   std::printf("off: %s\n\n", off.c_str());
 }
 
-void print_sizes(const Shot& shot, const sim::Size& size) {
+void print_sizes(const Shot& shot, const sim::Size& size, const FrameRange& range) {
   const base::Plan sim = plan_of(shot, Stage::simulate);
   std::string attributes;
   for (const base::Attribute& a : sim.attributes) attributes += (attributes.empty() ? "" : ", ") + a.name + " " + std::to_string(a.bytes);
   std::printf("%-10s%.0f, each %lld B: %s\n", "particles", size.particles, static_cast<long long>(sim.bytes_per_particle()), attributes.c_str());
+  if (!shot.scene.sources.empty()) std::printf("%-10s%.0f more by frame %lld\n", "poured", particles_at(shot, range.last) - size.particles, static_cast<long long>(range.last));
   std::printf("%-10s%.0f\n", "cells", size.cells);
   for (const Stage s : stages_of(shot)) {
     std::string passes;
@@ -103,7 +104,7 @@ void plan(const Request& request) {
   const FrameRange range = request.frames.value_or(FrameRange{1, shot.frames});
   const int threads = request.threads.value_or(tbb::info::default_concurrency());
   const double memory = free_memory(), disk = free_disk(request.out.value_or(std::filesystem::path("out") / shot.name));
-  if (!request.json) print_effects(shot), print_sizes(shot, size), std::fflush(stdout);
+  if (!request.json) print_effects(shot), print_sizes(shot, size, range), std::fflush(stdout);
 
   const Stopwatch watch;
   std::optional<Pilot> pilot = cached_pilot(shot, range.last, threads);
@@ -121,6 +122,7 @@ void plan(const Request& request) {
   Json out = {{"schema", 1}, {"shot", shot.name}};
   out.update(plan_json(shot));
   out["particles"] = std::llround(size.particles);
+  if (!shot.scene.sources.empty()) out["particles_at_end"] = std::llround(particles_at(shot, range.last));
   out["cells"] = std::llround(size.cells);
   out["frames"] = {range.first, range.last};
   if (predicted) out["predicted"] = prediction_json(*predicted);

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "app/plan/plan.h"
+#include "app/plan/predict.h"
 #include "base/error.h"
 #include "sim/size.h"
 
@@ -49,7 +50,7 @@ double pixels(const Shot& shot) { return shot.has_pictures ? double(shot.render.
 
 // What grows fastest is what to change.
 std::string key_of_memory(const Shot& shot) {
-  const double particles = sim::size_of(shot.scene).particles * double(plan_of(shot, Stage::simulate).bytes_per_particle());
+  const double particles = particles_at(shot, shot.frames) * double(plan_of(shot, Stage::simulate).bytes_per_particle());
   return particles >= pixels(shot) * channels(shot) * sizeof(float) ? "sim.cell" : "render.width";
 }
 
@@ -109,12 +110,13 @@ double free_disk(const fs::path& path) {
 }
 
 Prediction least(const Shot& shot, const FrameRange& range) {
-  const double particles = sim::size_of(shot.scene).particles, held = double(plan_of(shot, Stage::simulate).bytes_per_particle());
+  const double particles = particles_at(shot, range.last), held = double(plan_of(shot, Stage::simulate).bytes_per_particle());
   const double point = 2 * 3 * sizeof(float) + sizeof(std::int64_t);
   Prediction p;
   p.frames = double(range.last - range.first + 1);
   p.peak_bytes = particles * held + pixels(shot) * channels(shot) * sizeof(float);
-  p.disk["points"] = particles * point * (0.75 * double(range.last) - 0.25);   // at rest velocities take next to nothing: the first frame is half
+  const double mean = 0.5 * (particles + particles_at(shot, 1));
+  p.disk["points"] = mean * point * (0.75 * double(range.last) - 0.25);   // at rest velocities take next to nothing: the first frame is half
   p.disk["checkpoint"] = checkpoint_bytes(shot, particles, range.last);
   p.disk["images"] = 0.5 * pixels(shot) * channels(shot) * double(p.frames);   // a byte a channel
   return p;

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/plan/predict.h"
 #include "app/stages/interrupt.h"
 #include "app/stages/program.h"
 #include "app/stages/record.h"
@@ -90,7 +91,7 @@ sim::Scene with_cell(const Shot& shot, double cell) {
 void set_cell(const Shot& shot, double cell, Sizes& sizes) {
   const sim::Options& o = shot.scene.options;
   const sim::Scene coarse = with_cell(shot, cell);
-  sizes.particles = sim::size_of(coarse).particles;
+  sizes.particles = sim::particles_at(double(shot.frames - 1) / shot.fps, coarse);
   sizes.cell = cell;
   if (cell == o.cell) return;
   const double ratio = cell / o.cell;
@@ -103,7 +104,7 @@ void set_cell(const Shot& shot, double cell, Sizes& sizes) {
 /// A cell with about so many particles: a whole share of the domain where there is one near, so that the walls stay where they are.
 double cell_with(const Shot& shot, double particles) {
   const sim::Options& o = shot.scene.options;
-  const double there = sim::size_of(shot.scene).particles;
+  const double there = particles_at(shot, shot.frames);
   if (there <= 1.3 * particles) return o.cell;
   const std::int64_t common = sim::common_parts(o);
   std::int64_t fewest = std::numeric_limits<std::int64_t>::max();

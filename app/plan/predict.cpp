@@ -24,7 +24,7 @@ class Predictor {
  public:
   Predictor(const Shot& shot, const Pilot& pilot) : shot_(shot), pilot_(pilot) {
     const render::Options& o = shot.render.options;
-    particles_ = sim::size_of(shot.scene).particles;
+    particles_ = particles_at(shot, shot.frames);
     pixels_ = shot.has_pictures ? double(o.width * o.height) : 0;
     samples_ = shot.scene.options.dimension == 2 ? pixels_ : pixels_ * double(o.spp);
     for (const auto& [frame, cost] : pilot.fine.frames)
@@ -43,7 +43,7 @@ class Predictor {
     const double late = late_steps();
     for (std::int64_t frame = 1; frame <= range.last; ++frame) add_simulation(frame, range.last, late, out);
     for (std::int64_t frame = range.first; frame <= range.last; ++frame) add_pictures(frame, out);
-    if (const double bytes = checkpoint_bytes(shot_, particles_, range.last); bytes > 0) out.disk["checkpoint"] = bytes;
+    if (const double bytes = checkpoint_bytes(shot_, particles_at(shot_, range.last), range.last); bytes > 0) out.disk["checkpoint"] = bytes;
     constexpr double kPage = 8e4, kPicture = 1.5e4, kMostPictures = 24;   // of report.html: the same for all shots
     out.disk["report"] = kPage + (shot_.has_pictures ? kPicture * std::min(out.frames, kMostPictures) : 0);
     out.peak_bytes = memory();
@@ -175,13 +175,15 @@ class Predictor {
 
   const Shot& shot_;
   const Pilot& pilot_;
-  double particles_ = 0, pixels_ = 0, samples_ = 0;
+  double particles_ = 0, pixels_ = 0, samples_ = 0;   // particles at the shot's last frame
   double a_step_ = 0;                       // [s] among the first frames, at the shot's size
   std::int64_t first_ = 1;
   std::vector<std::string> step_keys_;
 };
 
 }  // namespace
+
+double particles_at(const Shot& shot, std::int64_t frame) { return sim::particles_at(double(frame - 1) / shot.fps, shot.scene); }
 
 double checkpoint_bytes(const Shot& shot, double particles, std::int64_t last) {
   std::int64_t written = last > 1 && last % shot.checkpoint_every != 0 ? 1 : 0;

@@ -22,6 +22,9 @@ struct Prediction {
 /// simulation's pass goes by steps, and those of a frame by the speed that the coarse run had in it.
 Prediction predict(const Shot&, const Pilot&, const FrameRange&);
 
+/// Where none leaves.
+double particles_at(const Shot&, std::int64_t frame);
+
 /// [bytes] of the checkpoints that are kept when frame `last` is made; they are not compressed.
 double checkpoint_bytes(const Shot&, double particles, std::int64_t last);
 

@@ -67,6 +67,13 @@ Reading read_text(std::string_view text, const std::string& file, const Override
 
 std::string look_of(const sim::Body& body) { return body.look.empty() ? body.material : body.look; }
 
+std::string liquid_look(const sim::Scene& scene) {
+  if (!scene.bodies.empty()) return look_of(scene.bodies.front());
+  for (const sim::Source& source : scene.sources)
+    if (!source.look.empty()) return source.look;
+  return look_of(sim::Body());
+}
+
 void require_look(base::Params& p, const std::map<std::string, render::Look>& looks, const std::string& look, const std::string& key) {
   std::string names;
   for (const auto& [name, unused] : looks) names += (names.empty() ? "" : ", ") + name;
@@ -98,7 +105,7 @@ void name_all(std::vector<Entry>& entries) {
 Shot make_shot(Reading reading, const std::filesystem::path& file, const std::filesystem::path& folder) {
   Shot shot = std::move(reading.shot);
   shot.name = file.stem().string();
-  name_all(shot.scene.bodies), name_all(shot.render.sets);
+  name_all(shot.scene.bodies), name_all(shot.scene.sources), name_all(shot.render.sets);
   shot.file = file;
   shot.folder = folder;
   shot.resolved = shot_text(reading.given);
@@ -106,7 +113,7 @@ Shot make_shot(Reading reading, const std::filesystem::path& file, const std::fi
   shot.written = std::move(reading.written);
   shot.render.folder = folder;
   shot.render.colliders = shot.scene.colliders;
-  shot.render.liquid_look = look_of(shot.scene.bodies.front());
+  shot.render.liquid_look = liquid_look(shot.scene);
   if (shot.scene.options.is_solid())
     for (const sim::Body& body : shot.scene.bodies)
       shot.render.body_looks.push_back(look_of(body)), shot.render.materials.push_back(body.name + ", " + body.material);
@@ -208,6 +215,7 @@ Node stage_keys(const Shot& shot, const std::string& stage) {
     take("sim");
     keys.at("sim").remove("audit");   // changes no result
     keys.at("body") = entries(all, "body", "look", false);
+    if (!shot.scene.sources.empty()) keys.at("source") = entries(all, "source", "look", false);
     keys.at("collider") = entries(all, "collider", "look", false);
     take("effect");
   } else if (stage == "surface") {
@@ -219,6 +227,7 @@ Node stage_keys(const Shot& shot, const std::string& stage) {
     if (stage == "preview" || shot.scene.options.dimension == 2) take("preview");
     if (shot.scene.options.dimension == 3) add_built_in(shot.render, keys);
     keys.at("body") = entries(all, "body", "look", true);
+    if (!shot.scene.sources.empty()) keys.at("source") = entries(all, "source", "look", true);
     keys.at("collider") = entries(all, "collider", "look", true);
   }
   return keys;
@@ -271,7 +280,9 @@ void Shot::params(base::Params& p) {
     p.require(color != carried || is_written, "preview.color",
               std::string("needs sim.write.") + carried + " = true: particles do not carry it otherwise");
   p.require(color != "material" || scene.options.is_solid(), "preview.color", "a liquid is of one material");
-  p.require(!scene.bodies.empty(), "body", "a shot needs at least one [[body]]");
+  const bool pours = std::any_of(scene.sources.begin(), scene.sources.end(), [](const sim::Source& s) { return s.start == 0; });
+  p.require(!scene.bodies.empty() || pours, scene.sources.empty() ? "body" : "source.1.start",
+            scene.sources.empty() ? "a shot needs at least one [[body]], or a [[source]]" : "needs a [[body]], or a source that begins at the first frame: there is nothing before");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const sim::Body& body = scene.bodies[i];
     const std::string key = "body." + std::to_string(i + 1);
@@ -280,6 +291,14 @@ void Shot::params(base::Params& p) {
     require_look(p, render.looks, look_of(body), key + (body.look.empty() ? ".material" : ".look"));
     const bool same = look_of(body) == look_of(scene.bodies.front());
     p.require(same || scene.options.is_solid(), key + ".look", "one liquid has one look: all bodies must have the same");
+  }
+  for (std::size_t i = 0; i < scene.sources.size(); ++i) {
+    const sim::Source& source = scene.sources[i];
+    const std::string key = "source." + std::to_string(i + 1);
+    p.require(source.shape.any(), key + ".shape", "a source needs a shape");
+    if (flat || source.look.empty()) continue;
+    require_look(p, render.looks, source.look, key + ".look");
+    p.require(source.look == liquid_look(scene), key + ".look", "one liquid has one look: bodies and sources must have the same");
   }
   for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
     const sim::Collider& collider = scene.colliders[i];

@@ -18,13 +18,14 @@ namespace app {
 namespace {
 
 // A speed [m/s] that the shot's particles hardly pass, the same for all its frames: that of a fall through the domain on
-// top of the fastest start, of turning bodies and of colliders too, rounded up to 1, 2 or 5 times a power of ten.
+// top of the fastest start, of turning bodies, sources and colliders too, rounded up to 1, 2 or 5 times a power of ten.
 double top_speed(const sim::Scene& scene) {
   double start = 0, squared = 0;
   for (const sim::Body& body : scene.bodies) {
     const double reach = body.spin.isZero(0) ? 0 : 0.5 * body.shape.bounds().size().norm();
     start = std::max(start, body.velocity.norm() + body.spin.norm() * reach);
   }
+  for (const sim::Source& source : scene.sources) start = std::max(start, source.velocity.norm());
   for (const sim::Collider& collider : scene.colliders) start = std::max(start, collider.velocity.norm());
   for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
   const double speed = std::sqrt(squared + start * start);
@@ -42,10 +43,9 @@ std::optional<double> preview_range(const Shot& shot) {
   if (color == "mode_energy") return base::round_up(5e-4 * speed * speed);
   if (color != "pressure") return {};
   double top = 0;
-  for (const sim::Body& body : shot.scene.bodies) {
-    const bool is_solid = shot.scene.options.is_solid(), has_shape = is_solid && body.solid.model != sim::Elasticity::tait;
-    top = std::max(top, has_shape ? 0.05 * body.solid.young : 0.5 * (is_solid ? body.solid.density : body.density) * speed * speed);
-  }
+  if (!shot.scene.options.is_solid()) top = 0.5 * sim::liquid_density(shot.scene) * speed * speed;
+  for (const sim::Body& body : shot.scene.bodies)
+    if (body.is_solid) top = std::max(top, body.solid.model == sim::Elasticity::tait ? 0.5 * body.solid.density * speed * speed : 0.05 * body.solid.young);
   return top > 0 ? base::round_up(top) : 1;
 }
 

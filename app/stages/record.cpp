@@ -31,6 +31,7 @@ base::Vec3 vector(const Json& json) { return {json.at(0).get<double>(), json.at(
 // Counters that stand in the record; in run.json those alone that put_totals names.
 constexpr std::pair<const char*, std::int64_t sim::Totals::*> kCounters[] = {{"pushed_out", &sim::Totals::pushed_out},
                                                                             {"left", &sim::Totals::left},
+                                                                            {"poured", &sim::Totals::poured},
                                                                             {"dropped_modes", &sim::Totals::dropped_modes},
                                                                             {"limited_modes", &sim::Totals::limited_modes},
                                                                             {"light_faces", &sim::Totals::light_faces},
@@ -64,6 +65,7 @@ void put_totals(const sim::Totals& totals, Json& out) {
   put("largest_cfl", totals.largest_cfl);
   put("collider_work", totals.collider_work);
   put("gravity_work", totals.gravity_work);
+  if (totals.poured > 0) out["poured"] = totals.poured, put("poured_energy", totals.poured_energy);
   if (totals.volume_drift) put("volume_drift", *totals.volume_drift);
   if (totals.imbalance) put("imbalance", *totals.imbalance);
   if (totals.splitting_fallbacks > 0) out["splitting_fallbacks"] = totals.splitting_fallbacks;
@@ -92,6 +94,7 @@ sim::Totals totals_from(const Json& json) {
   totals.largest_cfl = json.value("largest_cfl", 0.0);
   totals.collider_work = json.value("collider_work", 0.0);
   totals.gravity_work = json.value("gravity_work", 0.0);
+  totals.poured_energy = json.value("poured_energy", 0.0);
   if (json.contains("volume_drift")) totals.volume_drift = json.at("volume_drift").get<double>();
   if (json.contains("energy_changes"))
     for (const auto& [pass, change] : json.at("energy_changes").items()) totals.energy_changes[pass] = change;

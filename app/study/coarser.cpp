@@ -39,7 +39,7 @@ std::string lost(const Shot& shot, double cell) {
   sim::Scene scene = shot.scene;
   scene.options.cell = cell;
   const auto called = [](const std::string& name, std::size_t place) { return name.empty() ? std::to_string(place + 1) : name; };
-  if (const auto empty = sim::find_empty_body(scene)) return fmt::format("body {} has no particle", called(scene.bodies[empty->body].name, empty->body));
+  if (const auto empty = sim::find_empty_body(scene)) return empty->name + " has no particle";
   if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", called(scene.colliders[*unmet].name, *unmet));
   return {};
 }

@@ -22,6 +22,12 @@ inline double energy_of_floor(const base::Vec3& down, const Options& o) {
   return energy;
 }
 
+/// [m^2/s^2] Of a place [cells], per mass, measured from the same.
+template <int D>
+double energy_of_place(const Vec<D, double>& place, const base::Vec3& down, const Options& o) {
+  return -(o.cell * down.head<D>().dot(place) + energy_of_floor(down, o));
+}
+
 /// [J] from the domain's floor, which is the side that gravity points to: nothing in the domain has less than 0.
 template <int D, class Real>
 double potential_energy(const Particles<D, Real>& particles, const base::Vec3& down, const Options& o) {

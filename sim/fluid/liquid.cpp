@@ -50,8 +50,11 @@ class Liquid final : public Simulation {
  public:
   Liquid(const Scene& scene, double fps)
       : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
-        particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
-        step_(options_, solids_, !fills_the_domain(particles_, solids_)), particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
+        sources_(scene, solids_), particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
+        poured_(sources_, particles_.size()), step_(options_, solids_, !fills_the_domain(particles_, solids_), &sources_),
+        particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
+    pour(0);
+    clear_counts();
     if (options_.write.pressure) pressure_.assign(particles_.size(), 0);
     step_.falls(downhill(gravity_, options_));
   }
@@ -89,8 +92,80 @@ class Liquid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.particles_, s.solids_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_, s.splitting_fallbacks_,
-                    s.steps_by_motion_, s.steps_by_impact_, s.collider_work_, s.gravity_work_, s.largest_cfl_);
+    return std::tie(s.particles_, s.solids_, s.poured_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_,
+                    s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_, s.collider_work_, s.gravity_work_, s.largest_cfl_);
+  }
+
+  /// What sources have given.
+  struct Poured {
+    std::vector<double> until;        // [s] of each source; below its start before it begins
+    std::int64_t next_id;
+    std::int64_t count = 0;           // since the frame before
+    double energy = 0;                // [J] likewise
+    Poured(const Sources<D>& sources, std::size_t seeded) : until(std::size_t(sources.count()), -1), next_id(std::int64_t(seeded)) {}
+  };
+  using Born = typename Sources<D>::Born;
+
+  /// Gives what has come in by `time` [s] since the last time. A source that has begun since then was full at once, but for cells that hold a
+  /// particle now. Returns the number of births.
+  std::size_t pour(double time) {
+    std::vector<Born> born;
+    for (int s = 0; s < sources_.count(); ++s) {
+      double& until = poured_.until[std::size_t(s)];
+      if (time < sources_.start(s)) continue;
+      if (until < sources_.start(s)) {
+        until = sources_.start(s);
+        std::vector<Cell<D>> taken;
+        for (const Cell<D>& cell : particles_.cell)
+          if (sources_.holds(s, cell)) taken.push_back(cell);
+        std::sort(taken.begin(), taken.end());
+        for (const Born& b : sources_.fill(s, time))
+          if (!std::binary_search(taken.begin(), taken.end(), cell_at(b.seed))) born.push_back(b);
+      }
+      const std::vector<Born> came = sources_.pour(s, until, time);
+      born.insert(born.end(), came.begin(), came.end());
+      until = time;
+    }
+    std::sort(born.begin(), born.end());
+    bear(born);
+    return born.size();
+  }
+  void pour(double time, base::Ledger& ledger) {
+    if (sources_.count() == 0) return;
+    auto pass = ledger.pass("source", 0);
+    pass.count(std::int64_t(pour(time) * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + sizeof(std::int64_t) + particles_.row() * sizeof(Real))));
+  }
+
+  static Cell<D> cell_at(const Vec<D, double>& place) {
+    Cell<D> cell;
+    for (int a = 0; a < D; ++a) cell[std::size_t(a)] = int(std::floor(place[a]));
+    return cell;
+  }
+
+  /// Gives them the next ids, in their order. Who would be in a collider, or is out of an open side at once, is not born.
+  void bear(const std::vector<Born>& born) {
+    if (born.empty()) return;
+    particles_.settle();
+    const std::size_t before = particles_.size();
+    for (const Born& b : born) {
+      const std::int64_t id = poured_.next_id++;
+      Moving<D, Real> particle{{cell_at(b.place), {}}, Vec<D, Real>::Zero()};
+      base::Vec3 at = options_.domain.lower;
+      for (int a = 0; a < D; ++a) {
+        particle.site.offset[a] = std::min(Real(b.place[a] - std::floor(b.place[a])), std::nextafter(Real(1), Real(0)));
+        at[a] += options_.cell * b.place[a];
+      }
+      if (std::any_of(solids_.shapes.begin(), solids_.shapes.end(), [&](const Shape& s) { return s.distance(at) < 0; })) continue;
+      solids_.push_out(particle);
+      if (!solids_.lattice.inside(particle.site.cell)) continue;
+      const base::Vec3 velocity = sources_.velocity(b.source);
+      particles_.cell.push_back(particle.site.cell), particles_.offset.push_back(particle.site.offset), particles_.id.push_back(id);
+      const std::size_t row = particles_.coefficients.size();
+      particles_.coefficients.resize(row + particles_.row(), Real(0));
+      for (int a = 0; a < D; ++a) particles_.component(particles_.size() - 1, a)[0] = Real(velocity[a]);
+      poured_.energy += particles_.mass * (0.5 * velocity.squaredNorm() + energy_of_place<D>(b.place, downhill(gravity_, options_), options_));
+    }
+    poured_.count += std::int64_t(particles_.size() - before);
   }
 
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
@@ -105,6 +180,8 @@ class Liquid final : public Simulation {
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
+    const double poured_before = poured_.energy;
+    sources_.begin_step(start);
     const Motion motion = motion_of_particles(ledger);
     check_finite(motion);
     double dt = first_guess(left, motion.speed);
@@ -127,6 +204,8 @@ class Liquid final : public Simulation {
       way = finish(dt, start + dt, motion.speed, ledger);
     }
     add_work(solid_work());
+    pour(dt >= left ? double(frame_) / fps_ : start + dt, ledger);
+    watch_.add_work(poured_.energy - poured_before);
     if (const base::Vec3 along = along_periodic_axes(gravity_); !along.isZero(0)) {   // there is no floor, unless a collider makes one
       const double fall = 0.5 * dt * particles_.mass * along.dot(motion.momentum + motion_of_particles(ledger).momentum);   // [J]
       gravity_work_ += fall;
@@ -224,6 +303,7 @@ class Liquid final : public Simulation {
   void clear_counts() {
     substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
     collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;
+    poured_.count = 0, poured_.energy = 0;
   }
 
   /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake where
@@ -240,7 +320,7 @@ class Liquid final : public Simulation {
   /// The step in which the fastest particle, falling freely, crosses cfl cells; the rest of the frame is cut in two rather than leave a sliver.
   double first_guess(double left, double speed) const {
     const double reach = options_.cfl * options_.cell;
-    const double dt = longest_step(std::max(speed, solids_.speed()), gravity_.norm(), reach) / (1 << restraint_.halvings);
+    const double dt = longest_step(std::max({speed, solids_.speed(), sources_.speed()}), gravity_.norm(), reach) / (1 << restraint_.halvings);
     return cut_to(left, std::min(dt, restraint_.longest));
   }
 
@@ -283,7 +363,9 @@ class Liquid final : public Simulation {
   double fps_;
   base::Vec3 gravity_;
   Solids<D> solids_;
+  Sources<D> sources_;
   Particles<D, Real> particles_;
+  Poured poured_;
   FluidStep<D, Real> step_;
   double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
   EnergyWatch watch_;                 // used where the splitting reflects
@@ -341,6 +423,7 @@ Totals Liquid<D, Real>::totals() const {
   t.substeps = substeps_;
   t.pushed_out = counts.pushed_out;
   t.left = counts.left;
+  t.poured = poured_.count, t.poured_energy = poured_.energy;
   t.imbalance = counts.imbalance;
   t.dropped_modes = counts.dropped_modes;
   t.limited_modes = counts.limited_modes;
@@ -377,6 +460,10 @@ State Liquid<D, Real>::state() const {
   if (options_.write.pressure) s.columns.push_back(make_column<float>("pressure", pressure_, 1));
   if (options_.volume_correction > 0)
     s.columns.push_back(make_column<double>("volume_correction", std::vector<double>{aim_, uncorrected_.steps, uncorrected_.times}, 1));
+  if (sources_.count() > 0) {
+    s.columns.push_back(make_column<double>("poured_until", poured_.until, 1));
+    s.columns.push_back(make_column<std::int64_t>("next_id", std::vector<std::int64_t>{poured_.next_id}, 1));
+  }
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
   return s;
@@ -392,14 +479,19 @@ void Liquid<D, Real>::restore(const State& s) {
   const bool watched = options_.splitting != Splitting::reflection || read_column<double>(s, "energy_watch", 1, 4, watch);
   std::vector<double> correction;
   const bool aimed = options_.volume_correction == 0 || read_column<double>(s, "volume_correction", 3, 1, correction);
+  std::vector<double> until;
+  std::vector<std::int64_t> next_id{std::int64_t(n)};
+  const bool poured = sources_.count() == 0 || (read_column<double>(s, "poured_until", sources_.count(), 1, until) &&
+                                                read_column<std::int64_t>(s, "next_id", 1, 1, next_id));
   std::vector<float> pressure;
   const bool pressed = !options_.write.pressure || read_column<float>(s, "pressure", n, 1, pressure);
-  const bool fits = watched && aimed && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
+  const bool fits = watched && aimed && poured && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
   if (!watch.empty()) watch_.restore(watch.front());
   if (!correction.empty()) aim_ = correction[0], uncorrected_ = {correction[1], correction[2]};
   pressure_ = std::move(pressure);
+  poured_.until = std::move(until), poured_.next_id = next_id.front();
   frame_ = s.frame;
   solids_.move_to(time());
   step_.clear_counts();

@@ -148,16 +148,28 @@ class Cutter {
   bool touches_wall_ = false;
 };
 
+/// Of the lower face of a block's place.
+template <int D>
+std::optional<double> held_at(const Sources<D>& sources, const Cell<D>& block, int local, int axis) {
+  const Cell<D> above = Lattice<D>::cell_in(block, local);
+  Cell<D> below = above;
+  --below[std::size_t(axis)];
+  return sources.held(below, above, axis);
+}
+
 }  // namespace
 
 template <int D>
-void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks) {
-  const bool moves = solids.speed() > 0;
-  if (moves && solids.time() != time_) keys_.clear(), pushed_.clear();
+void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks, const Sources<D>* sources) {
+  const bool pours = sources && sources->acts(), moves = pours || solids.speed() > 0;
+  const std::vector<std::uint8_t> acting = pours ? sources->acting() : std::vector<std::uint8_t>{};
+  if ((solids.speed() > 0 && solids.time() != time_) || acting != acting_) keys_.clear(), pushed_.clear(), held_.clear();
   if (keys_ == blocks.keys()) return;
+  acting_ = acting;
   time_ = solids.time();
   std::vector<Fractions> before_pushed = std::move(pushed_);
-  pushed_.clear();
+  std::vector<Flags> before_held = std::move(held_);
+  pushed_.clear(), held_.clear();
   std::vector<Fractions> before = std::move(fractions_);
   std::vector<std::int32_t> part(blocks.count(), kNew);
   std::vector<std::size_t> changed;
@@ -172,21 +184,27 @@ void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks
       part[slot] = std::int32_t(fractions_.size());
       fractions_.push_back(before[std::size_t(part_[old])]);
       if (moves) pushed_.push_back(before_pushed[std::size_t(part_[old])]);
+      if (pours) held_.push_back(before_held[std::size_t(part_[old])]);
     }
   }
   std::vector<Fractions> made(changed.size()), made_pushed(moves ? changed.size() : 0);
+  std::vector<Flags> made_held(pours ? changed.size() : 0);
   std::vector<std::uint8_t> is_open(changed.size());
   base::parallel_chunks(changed.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const Cutter<D> cutter(solids, blocks.block(changed[n]));
       bool open = true;
-      if (cutter.touches_solid())
+      const bool solid = cutter.touches_solid();
+      if (solid || (pours && sources->touches(blocks.block(changed[n]))))
         for (int a = 0; a < D; ++a)
           for (int local = 0; local < int(kPerBlock); ++local) {
-            const auto w = float(cutter.fraction(local, a));
-            made[n][std::size_t(a)][std::size_t(local)] = w;
-            open = open && w == 1;
-            if (moves) made_pushed[n][std::size_t(a)][std::size_t(local)] = float(cutter.pushed(local, a, double(w)));
+            const auto axis = std::size_t(a), place = std::size_t(local);
+            const auto w = float(solid ? cutter.fraction(local, a) : 1);
+            made[n][axis][place] = w;
+            if (moves) made_pushed[n][axis][place] = float(solid ? cutter.pushed(local, a, double(w)) : 0);
+            if (const std::optional<double> given = pours && w > 0 ? held_at<D>(*sources, blocks.block(changed[n]), local, a) : std::nullopt)
+              made[n][axis][place] = 0, made_pushed[n][axis][place] += w * float(*given), made_held[n][axis].set(place);
+            open = open && made[n][axis][place] == 1;
           }
       is_open[n] = open;
     }
@@ -196,6 +214,7 @@ void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks
     if (is_open[n]) continue;
     fractions_.push_back(made[n]);
     if (moves) pushed_.push_back(made_pushed[n]);
+    if (pours) held_.push_back(made_held[n]);
   }
   part_ = std::move(part);
   keys_ = blocks.keys();

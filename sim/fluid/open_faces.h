@@ -1,30 +1,33 @@
 #pragma once
-// How much of every face is open: 1 in the free, 0 on walls and inside colliders, the fraction of its area where a collider cuts it.
+// How much of every face is open: 1 in the free, 0 on walls, inside colliders and where a source gives the velocity, the fraction of its area where a
+// collider cuts it.
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <vector>
 
 #include "sim/colliders/solids.h"
+#include "sim/fluid/sources.h"
 #include "sim/transfer/blocks.h"
 
 namespace sim {
 
-/// Open fractions [1] of the lower faces of all places of the active blocks, and what a moving collider pushes through the rest. Blocks that
-/// no solid touches store nothing. A collider's distances at a face's corners and middle are taken as linear between them [Batty07]; less
+/// Open fractions [1] of the lower faces of all places of the active blocks, and what a moving collider or a source pushes through the rest. Blocks
+/// that neither a solid nor a source touches store nothing. A collider's distances at a face's corners and middle are taken as linear between them [Batty07]; less
 /// than kLeastOpening counts as closed.
 template <int D>
 class OpenFaces {
  public:
   using Fractions = std::array<std::array<float, std::size_t(Lattice<D>::kCellsPerBlock)>, std::size_t(D)>;
 
-  /// For the blocks and solids as they are now. Fractions of blocks that were there before are kept where no solid moves.
-  void update(const Solids<D>&, const ActiveBlocks<D>&);
+  /// For the blocks, solids and sources as they are now. Fractions of blocks that were there before are kept where no solid moves.
+  void update(const Solids<D>&, const ActiveBlocks<D>&, const Sources<D>* = nullptr);
 
   float operator()(int axis, std::size_t index) const {
     const std::int32_t part = part_[index / kPerBlock];
     return part < 0 ? 1.0f : fractions_[std::size_t(part)][std::size_t(axis)][index % kPerBlock];
   }
-  /// What colliders move through the part of a face that they cover: that fraction times their speed along the axis [m/s].
+  /// What colliders move through the part of a face that they cover: that fraction times their speed along the axis [m/s]; or sources through all of it.
   double pushed(int axis, std::size_t index) const {
     const std::int32_t part = pushed_.empty() ? kOpen : part_[index / kPerBlock];
     return part < 0 ? 0.0 : double(pushed_[std::size_t(part)][std::size_t(axis)][index % kPerBlock]);
@@ -38,7 +41,20 @@ class OpenFaces {
     }
     return false;
   }
-  /// Whether any collider moves.
+  /// Whether a source gives a face its velocity.
+  bool held(int axis, std::size_t index) const {
+    const std::int32_t part = held_.empty() ? kOpen : part_[index / kPerBlock];
+    return part >= 0 && held_[std::size_t(part)][std::size_t(axis)][index % kPerBlock];
+  }
+  /// Whether a place that is closed on all sides is a source's.
+  bool in_source(std::size_t index, const ActiveBlocks<D>& blocks) const {
+    for (int a = 0; a < D && !held_.empty(); ++a) {
+      const std::ptrdiff_t above = blocks.neighbour(index, a, 1);
+      if (held(a, index) || (above >= 0 && held(a, std::size_t(above)))) return true;
+    }
+    return false;
+  }
+  /// Whether any collider moves, or a source acts.
   bool pushes() const { return !pushed_.empty(); }
   /// Whether all lower faces of a block's places are open.
   bool is_open(std::size_t slot) const { return part_[slot] < 0; }
@@ -48,8 +64,11 @@ class OpenFaces {
   static constexpr std::int32_t kOpen = -1, kNew = -2;
   std::vector<std::int64_t> keys_;
   std::vector<std::int32_t> part_;      // of each slot, or kOpen
-  std::vector<Fractions> fractions_, pushed_;   // pushed_: empty where no solid moves
+  using Flags = std::array<std::bitset<kPerBlock>, std::size_t(D)>;
+  std::vector<Fractions> fractions_, pushed_;   // pushed_: empty where no solid moves and no source acts
+  std::vector<Flags> held_;                     // empty where no source acts
   double time_ = 0;                             // [s] of the solids
+  std::vector<std::uint8_t> acting_;            // sources
 };
 
 inline constexpr double kLeastOpening = 0.01;

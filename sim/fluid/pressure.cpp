@@ -193,7 +193,8 @@ PoissonCell tile_without_liquid(const Cell<D>& tile, const LiquidCells<D>& cells
   return active ? PoissonCell::solid : PoissonCell::air;
 }
 
-/// Closed faces get the solid's velocity, or 0 where nothing moves. A face is valid when liquid touches it, thin liquid too.
+/// Closed faces get the solid's velocity or the source's, or 0 where nothing moves. A face is valid when liquid touches it, thin liquid and that in a
+/// source too.
 template <int D, class Real>
 void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
@@ -204,7 +205,8 @@ void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells,
         const bool free = cells.open.is_open(slot);
         for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
           if (!free && cells.open(a, i) == 0) v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);
-          valid[a][i] = cells.kind[i] == CellKind::liquid || kind_of(cells.kind, blocks.neighbour(i, a, 0)) == CellKind::liquid;
+          valid[a][i] = cells.kind[i] == CellKind::liquid || kind_of(cells.kind, blocks.neighbour(i, a, 0)) == CellKind::liquid ||
+                        (!free && cells.open.held(a, i));
         }
       }
     });
@@ -294,6 +296,7 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
         if (on_top) volume.bulk_filling += double(filling[i]);
         if (!on_top || std::binary_search(cells.thin.begin(), cells.thin.end(), i)) volume.all += double(filling[i]);
       }
+      if (cells.kind[i] == CellKind::solid && filling[i] > 0 && cells.open.in_source(i, blocks)) volume.all += double(filling[i]);
       if (cells.kind[i] != CellKind::liquid) continue;
       double open = 0, excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)

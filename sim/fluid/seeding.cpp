@@ -10,7 +10,7 @@ Particles<D, Real> seed_particles(const Scene& scene, const Lattice<D>& lattice,
   const int edge = places_along_edge<D>(o);
   Particles<D, Real> particles;
   particles.modes = modes;
-  particles.mass = scene.bodies.front().density * std::pow(o.cell, D) / double(o.particles_per_cell);
+  particles.mass = liquid_density(scene) * std::pow(o.cell, D) / double(o.particles_per_cell);
 
   std::vector<std::vector<Shape>> shapes;   // of each body
   std::vector<Shape> all;

@@ -37,8 +37,8 @@ void stop_at_solids(FaceField<D, Real>& v, double crossing, const LiquidCells<D>
 }  // namespace
 
 template <int D, class Real>
-FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface)
-    : options_(options), solids_(solids), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
+FluidStep<D, Real>::FluidStep(const Options& options, const Solids<D>& solids, bool free_surface, const Sources<D>* sources)
+    : options_(options), solids_(solids), sources_(sources), blocks_(free_surface ? ActiveBlocks<D>(solids.lattice) : ActiveBlocks<D>::whole(solids.lattice)),
       free_surface_(free_surface), transfer_(options.kernel, mode_set<D>(options.transfer, options.kernel, options.modes)) {
   cells_.open_sides = solids.open;
 }
@@ -69,9 +69,10 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base:
     counts_.light_faces += grid_.light_faces;
   }
   audit("p2g", grid_.velocity, ledger);
+  find_held(particles, ledger);
   {
     const auto pass = ledger.pass("pressure", std::int64_t(blocks_.size()));
-    cells_.open.update(solids_, blocks_);
+    cells_.open.update(solids_, blocks_, sources_);
     cells_.kind = classify_cells(ranges_, blocks_, solids_, cells_.open, free_surface_);
     filling_ = cell_filling(ranges_, blocks_, double(options_.particles_per_cell));
     if (free_surface_) find_surface(grid_.mass, filling_, double(options_.particles_per_cell), cells_, blocks_);
@@ -133,6 +134,7 @@ double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger)
       pressure_ = projection_.pressure();
       pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
     }
+    open_inflow();
   }
   audit("pressure", grid_.velocity, ledger);
   counts_.pressure_iterations += report.iterations;
@@ -179,6 +181,72 @@ void FluidStep<D, Real>::depart(const Particles<D, Real>& particles, base::Ledge
   const auto pass = ledger.pass("carry", 2 * bytes);
   departure_.cell = particles.cell, departure_.offset = particles.offset;
   ledger.hold("departures", bytes);
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::find_held(const Particles<D, Real>& particles, base::Ledger& ledger) {
+  held_.clear();
+  if (!sources_ || !sources_->acts()) return;
+  const auto pass = ledger.pass("source", std::int64_t(particles.size() * sizeof(Cell<D>)));
+  held_ = base::ordered_reduce(particles.size(), 16384, std::vector<Held>{}, [&](std::size_t begin, std::size_t end) {
+    std::vector<Held> found;
+    for (std::size_t p = begin; p < end; ++p)
+      if (const int source = sources_->at(particles.cell[p]); source != Sources<D>::kNone)
+        found.push_back({p, {particles.cell[p], particles.offset[p]}, source});
+    return found;
+  }, [](std::vector<Held> all, const std::vector<Held>& part) {
+    all.insert(all.end(), part.begin(), part.end());
+    return all;
+  });
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::open_inflow() {
+  for (int s = 0; sources_ && s < sources_->count(); ++s) {
+    if (!sources_->acting()[std::size_t(s)]) continue;
+    for (const auto& [cell, axis] : sources_->upstream(s)) {
+      const double velocity = sources_->velocity(s)[axis];
+      Cell<D> above = cell, outside = cell;
+      outside[std::size_t(axis)] += velocity > 0 ? -1 : 1;
+      if (velocity < 0) ++above[std::size_t(axis)];
+      const std::ptrdiff_t face = blocks_.index(solids_.lattice.wrapped(above));
+      if (face >= 0 && value_at(cells_.kind, blocks_.index(solids_.lattice.wrapped(outside)), CellKind::air) == CellKind::air)
+        grid_.velocity[std::size_t(axis)][std::size_t(face)] = Real(velocity);
+    }
+  }
+}
+
+template <int D, class Real>
+void FluidStep<D, Real>::move_held(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
+  if (!sources_ || !sources_->acts()) return;
+  {
+    const auto pass = ledger.pass("source", std::int64_t(particles.size() * sizeof(Cell<D>) + held_.size() * (sizeof(Held) + particles.row() * sizeof(Real))));
+    base::parallel_chunks(particles.size(), 16384, [&](std::size_t begin, std::size_t end) {
+      auto own = std::lower_bound(held_.begin(), held_.end(), begin, [](const Held& held, std::size_t p) { return held.particle < p; });
+      for (std::size_t p = begin; p < end; ++p) {
+        if (own != held_.end() && own->particle == p) {
+          ++own;
+          continue;
+        }
+        if (sources_->at(particles.cell[p]) == Sources<D>::kNone) continue;
+        Site<D, Real> site{particles.cell[p], particles.offset[p]};
+        sources_->push_out(solids_, site);
+        particles.cell[p] = site.cell, particles.offset[p] = site.offset;
+      }
+    });
+    for (Held& held : held_) {
+      const Vec<D, Real> velocity = sources_->velocity(held.source).template head<D>().template cast<Real>();
+      held.site.move(Real(dt / options_.cell) * velocity);
+      particles.cell[held.particle] = solids_.lattice.wrapped(held.site.cell);
+      particles.offset[held.particle] = held.site.offset;
+      for (int a = 0; a < D; ++a) {
+        const auto c = particles.component(held.particle, a);
+        c[0] = velocity[a];
+        for (std::size_t r = 1; r < c.size(); ++r) c[r] = 0;
+      }
+    }
+  }
+  audit("source", particles, ledger);
 }
 
 template <int D, class Real>
@@ -237,6 +305,7 @@ double FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::
     way = advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
   audit("advect", particles, ledger);
+  move_held(dt, particles, ledger);
   if (solids_.any()) {
     {
       const auto pass = ledger.pass("collide", bytes_of(particles));

@@ -4,7 +4,7 @@
 //   step.scatter(particles, dt, ledger);              sort, P2G, which cells are liquid
 //   step.project(dt * g, ledger);                     v* = v + dt g, then without divergence; again with another dt if it must be
 //   step.gather(rule, particles, ledger);             G2P
-//   step.move(dt, particles, ledger);                 motion, contact, carry
+//   step.move(dt, particles, ledger);                 motion, sources, contact, carry
 //
 // Whoever wants motion first (the field of the last projection moves the particles) begins with `move`.
 #include <cstdint>
@@ -35,8 +35,9 @@ template <int D, class Real>
 class FluidStep {
  public:
   /// Without a free surface every cell that is not solid is liquid, whether a particle is in it or not. `solids` must outlive the step; where
-  /// they are is asked in `scatter`, and again in `move`, when they should be where that motion ends.
-  FluidStep(const Options&, const Solids<D>& solids, bool free_surface);
+  /// they are is asked in `scatter`, and again in `move`, when they should be where that motion ends. So must `sources`, where there are any; what
+  /// is in one at `scatter` moves with its velocity.
+  FluidStep(const Options&, const Solids<D>& solids, bool free_surface, const Sources<D>* sources = nullptr);
 
   /// `dt` [s] is how long the step will be, or the part of it that begins here: how far thin liquid flies that a solid stops.
   void scatter(Particles<D, Real>&, double dt, base::Ledger&);
@@ -98,10 +99,18 @@ class FluidStep {
   /// For a gather: the shift of a volume correction, while the rows of a block's particles are in the cache. Nothing where there is none, or where
   /// an audit is to see it apart.
   typename MacTransfer<D, Real>::After shift_after(Particles<D, Real>&, base::Ledger&);
+  /// Keeps where the particles are that sources hold.
+  void find_held(const Particles<D, Real>&, base::Ledger&);
+  /// Faces through which a source's medium comes in out of the air get its velocity: nobody is drawn in there, and what flies along the source is not
+  /// braked.
+  void open_inflow();
+  /// Moves them as their source does, and out of sources who has come into one.
+  void move_held(double dt, Particles<D, Real>&, base::Ledger&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
 
   Options options_;
   const Solids<D>& solids_;
+  const Sources<D>* sources_;         // or null
   ActiveBlocks<D> blocks_;            // around the particles as they were at the last `scatter`, as deep as layers(); all without a free surface
   bool free_surface_;
   MacTransfer<D, Real> transfer_;
@@ -125,6 +134,12 @@ class FluidStep {
   FaceField<D, Real> displacement_;   // [cells] of the volume correction
   FaceMask<D> displaced_;
   std::vector<Shift<D>> shifted_;     // by it, a block each
+  struct Held {
+    std::size_t particle;
+    Site<D, Real> site;               // at the last `scatter`
+    int source;
+  };
+  std::vector<Held> held_;            // by sources
   bool displaces_ = false, departed_ = false;   // in this step: a correction was found; the particles have departed
   double solid_work_ = 0;
   StepCounts counts_;

@@ -69,7 +69,7 @@ Scene random_scene(int number) {
     post.friction = u(rng);
     scene.colliders = {post};
   }
-  while (const std::optional<EmptyBody> hidden = find_empty_body(scene)) scene.bodies.erase(scene.bodies.begin() + std::ptrdiff_t(hidden->body));
+  while (const std::optional<EmptyBody> hidden = find_empty_body(scene)) scene.bodies.erase(scene.bodies.begin() + std::ptrdiff_t(hidden->place));
   return scene;
 }
 

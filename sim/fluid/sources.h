@@ -1,0 +1,92 @@
+#pragma once
+// Sources: where liquid pours in. A source is made of whole cells, those whose middles lie in its shape, and while it acts they are full of liquid that
+// moves as one. What is in it is a cut-out of an endless medium: places seeded as a body's are, cell by cell, that have moved with its velocity since
+// it began. Particles are born where that medium comes in through an upstream side of a cell, at the moment it does, whatever the length of steps:
+// who is born, where and in which order does not depend on them. To the liquid around it a source is a wall at its upstream sides, and pushes out
+// of the others what it brings.
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim/colliders/solids.h"
+
+namespace sim {
+
+template <int D>
+class Sources {
+ public:
+  /// Cells that a collider covers at t = 0 are none of a source's, and a cell is the first one's that holds it.
+  Sources(const Scene&, const Solids<D>&);
+
+  int count() const { return int(sources_.size()); }
+  /// Those that act in a step which begins at `time` [s] act from here on.
+  void begin_step(double time);
+  /// A flag a source.
+  const std::vector<std::uint8_t>& acting() const { return acting_; }
+  bool acts() const;
+  /// Of the fastest that acts [m/s].
+  double speed() const;
+
+  static constexpr int kNone = -1;
+  /// The source that acts in a cell, or kNone.
+  int at(const Cell<D>&) const;
+  /// Whether the cells of a source that acts, or those above them, may be in a block.
+  bool touches(const Cell<D>& block) const;
+  /// The velocity [m/s] along an axis that sources give the face between two cells; nothing where neither is one's.
+  std::optional<double> held(const Cell<D>& below, const Cell<D>& above, int axis) const;
+
+  /// Moves what has come into a source out of the nearest of its sides that has no solid behind it; nothing where there is none.
+  template <class Real>
+  void push_out(const Solids<D>&, Site<D, Real>&) const;
+
+  /// Of a source, whether it acts or not.
+  base::Vec3 velocity(int source) const { return one(source).velocity; }
+  double start(int source) const { return one(source).start; }                        // [s]
+  double end(int source) const { return one(source).end; }                            // [s]
+  const std::vector<Cell<D>>& cells(int source) const { return one(source).cells; }   // ascending
+  bool holds(int source, const Cell<D>& at) const { return one(source).holds(at); }
+  double rate(int source) const;                                                      // [particles/s]
+
+  /// Sides of a source's cells through which its medium comes in: lower ones where it moves up along the axis.
+  struct Side {
+    Cell<D> cell;
+    int axis;
+  };
+  const std::vector<Side>& upstream(int source) const { return one(source).upstream; }
+
+  /// A particle that is born.
+  struct Born {
+    double time;            // [s] of its birth
+    int source;
+    Vec<D, double> seed;    // [cells] its place when the source began: two of a source differ in it
+    Vec<D, double> place;   // [cells] where it is at the time asked for
+    bool operator<(const Born&) const;   // by birth
+  };
+  /// What a source holds when it begins, and where that is at a later time [s], ascending.
+  std::vector<Born> fill(int source, double now) const;
+  /// What comes in between two times [s], and where it is at the later one, ascending.
+  std::vector<Born> pour(int source, double from, double to) const;
+
+ private:
+  struct Source {
+    base::Vec3 velocity;          // [m/s]
+    Vec<D, double> way;           // [cells/s]
+    double start, end;            // [s]
+    std::vector<Cell<D>> cells;
+    Cell<D> lower, upper;         // that all of them lie between
+    std::vector<Side> upstream;
+    bool holds(const Cell<D>&) const;
+  };
+  const Source& one(int source) const { return sources_[std::size_t(source)]; }
+  /// Calls visit(seed) for all places of the medium between two corners [cells], as it was when the source began.
+  template <class Visit>
+  void for_seeds(int source, const Vec<D, double>& lower, const Vec<D, double>& upper, const Visit& visit) const;
+
+  Options options_;
+  Lattice<D> lattice_;
+  int edge_;                      // places along a cell's edge
+  std::vector<Source> sources_;
+  std::vector<std::uint8_t> acting_;
+};
+
+}  // namespace sim
