@@ -237,6 +237,29 @@ TEST_F(Film, InfoSaysWhatIsInEveryKindOfFile) {
     EXPECT_NE(run_well({"info", "out/x/" + name}).out, "");
 }
 
+// What has nowhere to go is pressed in: the user is told once, and not where an open side lets it out.
+TEST_F(Film, SaysFromWhenOnLiquidIsPressedTogether) {
+  const std::string tank = R"([shot]
+frames = 4
+[sim]
+dimension = 2
+domain = [[0, 0], [1, 1]]
+cell = 0.1
+[[body]]
+shape = { box = [[0, 0], [1, 1]] }
+[[source]]
+shape = { box = [[0, 0], [0.2, 1]] }
+velocity = [0.5, 0]
+)";
+  std::ofstream(folder / "shut.toml") << tank;
+  std::ofstream(folder / "open.toml") << tank + "[sim.boundary]\nx_upper = \"open\"\n";
+  const std::string line = "watch  from frame 2 on liquid that is shut in without air is pressed together";
+  const std::string told = run_well({"run", "shut.toml"}).out;
+  EXPECT_NE(told.find(line), std::string::npos) << told;
+  EXPECT_EQ(told.find(line), told.rfind(line));
+  EXPECT_EQ(run_well({"run", "open.toml"}).out.find("pressed"), std::string::npos);
+}
+
 // All modes carried as they are make a spinning disk blow up; the watch holds it, and the user is told.
 TEST_F(Film, SaysWhichFramesTheWatchHadDoneAgain) {
   std::ofstream(folder / "disk.toml") << R"([shot]

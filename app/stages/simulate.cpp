@@ -62,6 +62,9 @@ double PointsMaker::make(std::int64_t frame) {
   write_record(folder_, shot_.scene.options.dimension,
                {.stage = Stage::simulate, .frame = frame, .hash = hash_, .seconds = watch.seconds(),
                 .cpu_seconds = watch.cpu_seconds(), .passes = ledger.passes(), .attributes = ledger.attributes(), .totals = totals});
+  constexpr double kPressed = 1e-3;   // [1/s]
+  if (totals.imbalance.value_or(0) > kPressed && !std::exchange(told_of_pressing_, true))
+    progress_.line("watch  from frame " + std::to_string(frame) + " on liquid that is shut in without air is pressed together: `imbalance` in run.json");
   if (totals.retries > 0) progress_.line("watch  frame " + std::to_string(frame) + " went back " + base::count_of(totals.retries, "time") + " to shorter steps");
   checkpoints_.prune(frame);   // not before the record is there: a checkpoint without it is none
   return watch.seconds();

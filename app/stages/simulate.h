@@ -36,6 +36,7 @@ class PointsMaker {
   std::vector<std::int64_t> missing_;
   Checkpoints checkpoints_;
   base::Progress& progress_;
+  bool told_of_pressing_ = false;
   std::unique_ptr<sim::Watch> watch_;   // what it has reached is a whole frame: an interrupted simulation stands between two
 };
 
