@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "sim/random.h"
 #include "sim/seeding.h"
@@ -24,13 +25,6 @@ bool Sources<D>::Born::operator<(const Born& other) const {
   const auto key = [](const Born& b) { return std::tie(b.time, b.source); };
   if (key(*this) != key(other)) return key(*this) < key(other);
   return std::lexicographical_compare(seed.data(), seed.data() + D, other.seed.data(), other.seed.data() + D);
-}
-
-template <int D>
-bool Sources<D>::Source::holds(const Cell<D>& at) const {
-  for (std::size_t a = 0; a < std::size_t(D); ++a)
-    if (at[a] < lower[a] || at[a] > upper[a]) return false;
-  return std::binary_search(cells.begin(), cells.end(), at);
 }
 
 template <int D>
@@ -58,12 +52,17 @@ Sources<D>::Sources(const Scene& scene, const Solids<D>& solids)
 
 template <int D>
 void Sources<D>::begin_step(double time) {
-  for (std::size_t s = 0; s < sources_.size(); ++s) acting_[s] = sources_[s].start <= time && time < sources_[s].end;
-}
-
-template <int D>
-bool Sources<D>::acts() const {
-  return std::any_of(acting_.begin(), acting_.end(), [](std::uint8_t acts) { return acts != 0; });
+  std::vector<std::uint8_t> acting;
+  for (const Source& s : sources_) acting.push_back(s.start <= time && time < s.end);
+  if (acting == acting_) return;
+  acting_ = std::move(acting);
+  owned_.clear();
+  for (std::size_t s = 0; s < sources_.size(); ++s)
+    for (std::size_t n = 0; acting_[s] && n < sources_[s].cells.size(); ++n) owned_.push_back({sources_[s].cells[n], int(s)});
+  std::sort(owned_.begin(), owned_.end(), [](const Owned& one, const Owned& other) { return one.cell < other.cell; });
+  if (!owned_.empty()) lower_ = upper_ = owned_.front().cell;
+  for (const Owned& one : owned_)
+    for (std::size_t a = 0; a < std::size_t(D); ++a) lower_[a] = std::min(lower_[a], one.cell[a]), upper_[a] = std::max(upper_[a], one.cell[a]);
 }
 
 template <int D>
@@ -72,13 +71,6 @@ double Sources<D>::speed() const {
   for (std::size_t s = 0; s < sources_.size(); ++s)
     if (acting_[s]) most = std::max(most, sources_[s].velocity.norm());
   return most;
-}
-
-template <int D>
-int Sources<D>::at(const Cell<D>& place) const {
-  for (std::size_t s = 0; s < sources_.size(); ++s)
-    if (acting_[s] && sources_[s].holds(place)) return int(s);
-  return kNone;
 }
 
 template <int D>

@@ -4,6 +4,7 @@
 // it began. Particles are born where that medium comes in through an upstream side of a cell, at the moment it does, whatever the length of steps:
 // who is born, where and in which order does not depend on them. To the liquid around it a source is a wall at its upstream sides, and pushes out
 // of the others what it brings.
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -23,13 +24,17 @@ class Sources {
   void begin_step(double time);
   /// A flag a source.
   const std::vector<std::uint8_t>& acting() const { return acting_; }
-  bool acts() const;
+  bool acts() const { return !owned_.empty(); }
   /// Of the fastest that acts [m/s].
   double speed() const;
 
   static constexpr int kNone = -1;
   /// The source that acts in a cell, or kNone.
-  int at(const Cell<D>&) const;
+  int at(const Cell<D>& cell) const {
+    if (owned_.empty() || !lies_between(lower_, upper_, cell)) return kNone;
+    const auto found = std::lower_bound(owned_.begin(), owned_.end(), cell, [](const Owned& one, const Cell<D>& other) { return one.cell < other; });
+    return found != owned_.end() && found->cell == cell ? found->source : kNone;
+  }
   /// Whether the cells of a source that acts, or those above them, may be in a block.
   bool touches(const Cell<D>& block) const;
   /// The velocity [m/s] along an axis that sources give the face between two cells; nothing where neither is one's.
@@ -75,8 +80,13 @@ class Sources {
     std::vector<Cell<D>> cells;
     Cell<D> lower, upper;         // that all of them lie between
     std::vector<Side> upstream;
-    bool holds(const Cell<D>&) const;
+    bool holds(const Cell<D>& at) const { return lies_between(lower, upper, at) && std::binary_search(cells.begin(), cells.end(), at); }
   };
+  static bool lies_between(const Cell<D>& lower, const Cell<D>& upper, const Cell<D>& at) {
+    for (std::size_t a = 0; a < std::size_t(D); ++a)
+      if (at[a] < lower[a] || at[a] > upper[a]) return false;
+    return true;
+  }
   const Source& one(int source) const { return sources_[std::size_t(source)]; }
   /// Calls visit(seed) for all places of the medium between two corners [cells], as it was when the source began.
   template <class Visit>
@@ -87,6 +97,12 @@ class Sources {
   int edge_;                      // places along a cell's edge
   std::vector<Source> sources_;
   std::vector<std::uint8_t> acting_;
+  struct Owned {
+    Cell<D> cell;
+    int source;
+  };
+  std::vector<Owned> owned_;      // cells of those that act, ascending
+  Cell<D> lower_{}, upper_{};     // that all of them lie between
 };
 
 }  // namespace sim

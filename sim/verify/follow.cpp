@@ -75,10 +75,10 @@ CaseOutcome report(const Course& course, double value, std::string outcome) {
   if (!course.is_finite) found.broken.push_back("numbers that are not finite");
   const auto& sides = course.scene.options.boundary;
   const bool is_open = std::any_of(sides.begin(), sides.end(), [](const auto& s) { return s[0] == Side::open || s[1] == Side::open; });
-  std::int64_t left = 0;
+  std::int64_t left = 0, poured = 0;
   for (const Totals& t : course.totals) {
-    left += t.left;
-    const std::int64_t lost = course.start().particles - left - t.particles;
+    left += t.left, poured += t.poured;
+    const std::int64_t lost = course.start().particles + poured - left - t.particles;
     if (lost != 0) found.broken.push_back(say("%lld particles lost", static_cast<long long>(lost)));
     if (t.left > 0 && !is_open) found.broken.push_back(say("%lld particles left through a wall", static_cast<long long>(t.left)));
     if (course.energy(0) == 0) continue;

@@ -235,7 +235,39 @@ VerifyCase few_particles(int dimension, const Scheme& scheme) {
   return c;
 }
 
-/// Blocks of water fall one after the other into a pool: as near to a pour as a shot without sources comes.
+/// A tap pours for twelve seconds, until the pool is more than six times as deep, and stops; then it settles.
+VerifyCase long_pour(int dimension, const Scheme& scheme) {
+  VerifyCase c = liquid_case("long_pour", dimension, scheme);
+  c.expect = "the births are the flow through the tap, to a layer of cells; volume by the surface within the tolerance, over the last second of fifteen";
+  c.tolerance = 0.02;
+  c.source = "case 6";
+  c.run = [=] {
+    const double cell = dimension == 2 ? 0.02 : 0.04, speed = dimension == 2 ? 0.5 : 0.6, end = 12;
+    Scene scene = tank(dimension, cell, base::Vec3::Zero(), upright(dimension, 1, 0.12));
+    scene.options.domain.upper = dimension == 2 ? base::Vec3(1, 1.2, 0) : base::Vec3(1, 0.2, 1.2);
+    apply(scheme, scene.options);
+    Source tap;
+    tap.name = "tap";
+    tap.shape.box = dimension == 2 ? base::Box{{0.3, 1.04, 0}, {0.4, 1.12, 0}} : base::Box{{0.28, 0.04, 1.04}, {0.4, 0.16, 1.12}};
+    tap.velocity = dimension == 2 ? base::Vec3(0.4 * speed, -speed, 0) : base::Vec3(0.4 * speed, 0, -speed), tap.end = end;
+    scene.sources = {tap};
+    add_gravity(scene);
+    const Course course = follow(scene, {.fps = 24, .frames = 360, .most_energy = 1e3});   // what is poured has some
+    double drift = 0, poured = 0;
+    for (const Totals& t : course.totals) poured += double(t.poured);
+    for (std::size_t f = course.totals.size() - 24; f < course.totals.size(); ++f) drift += course.totals[f].volume_drift.value_or(0) / 24;
+    const base::Vec3 size = tap.shape.box->size() / cell;   // [cells]
+    const double sides = dimension == 2 ? size.x() + 0.4 * size.y() : size.x() * size.y() + 0.4 * size.y() * size.z();
+    const double flow = end * speed / cell * sides, cells = poured / double(scene.options.particles_per_cell);
+    CaseOutcome found = report(course, std::abs(drift), say("%.1f cells poured, %.1f by the flow; volume %+.2f %%", cells, flow, 100 * drift));
+    found.energy.clear(), found.time.clear();
+    if (std::abs(cells - flow) > sides) found.broken.push_back("what was poured is not the flow");
+    return found;
+  };
+  return c;
+}
+
+/// Blocks of water fall one after the other into a pool.
 VerifyCase falling_blocks(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("blocks_fall_into_a_pool", dimension, scheme);
   c.expect = "volume by the surface within the tolerance, over the last second of six";
@@ -415,6 +447,10 @@ void add_liquid_cases(std::vector<VerifyCase>& all) {
   all.push_back(few_particles(2, normal));
   all.push_back(few_particles(2, extreme));
   all.push_back(few_particles(3, high));
+  all.push_back(long_pour(2, normal));
+  all.push_back(long_pour(2, high));
+  all.push_back(long_pour(3, normal));
+  all.push_back(long_pour(3, extreme));
   all.push_back(falling_blocks(2, normal));
   all.push_back(falling_blocks(3, high));
   all.push_back(emptied(2, normal));
