@@ -65,7 +65,8 @@ bool run(const fs::path& program, const fs::path& cache, std::vector<std::string
 
 /// The sizes of a micro-run, and the keys that make them.
 struct Sizes {
-  double particles = 0, cell = 0, pixels = 0, samples = 0;
+  double particles = 0, cell = 0, pixels = 0, samples = 0;   // particles at the shot's last frame
+  sim::Scene scene;
   std::vector<std::string> sets;
 };
 
@@ -90,13 +91,13 @@ sim::Scene with_cell(const Shot& shot, double cell) {
 
 void set_cell(const Shot& shot, double cell, Sizes& sizes) {
   const sim::Options& o = shot.scene.options;
-  const sim::Scene coarse = with_cell(shot, cell);
-  sizes.particles = sim::particles_at(double(shot.frames - 1) / shot.fps, coarse);
+  sizes.scene = with_cell(shot, cell);
+  sizes.particles = sim::particles_at(double(shot.frames - 1) / shot.fps, sizes.scene);
   sizes.cell = cell;
   if (cell == o.cell) return;
   const double ratio = cell / o.cell;
   sizes.sets.push_back("sim.cell=" + base::to_text(cell));
-  sizes.sets.push_back("sim.domain=" + box_text(coarse.options.domain, o.dimension));
+  sizes.sets.push_back("sim.domain=" + box_text(sizes.scene.options.domain, o.dimension));
   if (o.dimension == 3 && shot.surface.voxel) sizes.sets.push_back("surface.voxel=" + base::to_text(*shot.surface.voxel * ratio));
   if (o.dimension == 3 && shot.surface.radius) sizes.sets.push_back("surface.radius=" + base::to_text(*shot.surface.radius * ratio));
 }
@@ -180,7 +181,8 @@ MicroRun read_run(const Sizes& sizes, const fs::path& out) {
       if (!record) continue;
       add_record(*record, std::string(stage_name(stage)), result.frames[frame]);
       result.peak_bytes = std::max(result.peak_bytes, double(record->peak_bytes));
-      if (record->totals) result.particles = double(record->totals->particles);
+      if (record->totals)   // what was expected at the end is off by as much as at this frame
+        result.particles = sizes.particles * double(record->totals->particles) / sim::particles_at(record->totals->time, sizes.scene);
     }
   return result;
 }

@@ -66,18 +66,22 @@ class Predictor {
     return std::clamp(std::log(cost_b / cost_a) / std::log(size_b / size_a), 0.0, 1.3);
   }
 
+  static bool is_picture(const std::string& key) { return is_of(key, "render") || key == "images"; }
+
   /// From the fine run's size to the shot's.
   double growth(Costs costs, const std::string& key, double least) const {
-    const bool picture = is_of(key, "render") || key == "images";
-    const double a = sum(pilot_.small, costs, key), b = sum(pilot_.wide, costs, key), c = sum(pilot_.fine, costs, key);
-    const double by_particles = power(b, c, pilot_.wide.particles, pilot_.fine.particles, least, picture ? 0 : 1);
-    double factor = std::pow(particles_ / pilot_.fine.particles, by_particles);
-    if (!picture) return factor;
+    const double b = sum(pilot_.wide, costs, key), c = sum(pilot_.fine, costs, key);
+    const double by_particles = power(b, c, pilot_.wide.particles, pilot_.fine.particles, least, is_picture(key) ? 0 : 1);
+    return std::pow(particles_ / pilot_.fine.particles, by_particles) * picture_growth(pilot_.fine, costs, key, least);
+  }
+
+  /// From a run's picture to the shot's; 1 of what is none.
+  double picture_growth(const MicroRun& run, Costs costs, const std::string& key, double least) const {
+    if (!is_picture(key)) return 1;
+    const double a = sum(pilot_.small, costs, key), b = sum(pilot_.wide, costs, key);
     const bool traces = key == "render/trace";
-    const double now = traces ? samples_ : pixels_, fine = traces ? pilot_.fine.samples : pilot_.fine.pixels;
-    const double by_pixels = power(a, b, pilot_.small.pixels, pilot_.wide.pixels, least, 1);
-    factor *= std::pow(now / fine, by_pixels);
-    return factor;
+    const double now = traces ? samples_ : pixels_, then = traces ? run.samples : run.pixels;
+    return std::pow(now / then, power(a, b, pilot_.small.pixels, pilot_.wide.pixels, least, 1));
   }
 
   /// What a later frame costs against the last of the first ones, as the coarse run shows at its end.
@@ -94,7 +98,13 @@ class Predictor {
   double cost(Costs costs, const std::string& key, std::int64_t frame, double least) const {
     const auto found = pilot_.fine.frames.find(std::min(frame, first_));
     if (found == pilot_.fine.frames.end()) return 0;
-    return get(found->second, costs, key) * growth(costs, key, least) * later(costs, key, frame);
+    const double first = get(found->second, costs, key) * growth(costs, key, least);
+    const auto last = pilot_.wide.frames.find(pilot_.last);
+    if (!pours() || frame <= first_ || pilot_.last <= first_ || last == pilot_.wide.frames.end()) return first * later(costs, key, frame);
+    // What pours has next to nothing in its first frames: its end is measured, and grows with the particles.
+    const double larger = is_picture(key) ? picture_growth(pilot_.wide, costs, key, least) : key == "ledger" ? 1 : particles_ / pilot_.wide.particles;
+    const double end = larger * get(last->second, costs, key);
+    return first + std::min(1.0, double(frame - first_) / double(pilot_.last - first_)) * (end - first);
   }
 
   double speed(std::int64_t frame) const {
@@ -125,10 +135,16 @@ class Predictor {
     return count > 0 ? seconds / count : 0;
   }
 
+  bool pours() const { return !shot_.scene.sources.empty(); }
+
   /// What a step costs later on, against the first frames, in the finest run that was followed so far.
   double late_steps() const {
     const MicroRun& run = pilot_.fine.frames.contains(pilot_.last) ? pilot_.fine : pilot_.wide;
     double early = 0, late = 0;
+    if (pours() && pilot_.last > first_ && a_step_ > 0) {
+      for (const std::string& key : step_keys_) late += step_cost(run, first_, pilot_.last, key);
+      return late * particles_ / run.particles / a_step_;
+    }
     for (const std::string& key : step_keys_) early += step_cost(run, 1, first_, key), late += step_cost(run, first_, pilot_.last, key);
     return early > 0 && late > 0 ? late / early : 1;
   }
