@@ -125,16 +125,20 @@ base::Complaint complaint_about(const Source& source, const Options& o, const La
 }
 
 template <int D>
-std::optional<EmptyBody> first_empty_source(const Scene& scene) {
+std::optional<EmptyBody> first_source_amiss(const Scene& scene) {
   if (scene.sources.empty()) return {};
   const Lattice<D> lattice = lattice_of<D>(scene.options);
   const Solids<D> solids(scene, lattice);
   const Sources<D> sources(scene, solids);
   for (std::size_t s = 0; s < scene.sources.size(); ++s) {
-    if (!sources.cells(int(s)).empty()) continue;
-    const std::string name = name_of(scene.sources[s].name, s);
+    const std::size_t cells = sources.cells(int(s)).size(), shut = sources.shut(int(s), solids).size();
+    if (cells > 0 && shut == 0) continue;
+    const std::string name = name_of(scene.sources[s].name, s), key = "source." + name;
     EmptyBody empty{"source " + name, s, complaint_about<D>(scene.sources[s], scene.options, lattice)};
-    empty.complaint.key = "source." + name + ".shape";
+    empty.complaint.key = key + ".shape";
+    if (cells == 0) return empty;
+    empty.complaint.message = fmt::format("{} of its {} cells pour into a wall, a collider or another source, where there is no room", shut, cells);
+    empty.complaint.key = key + ".velocity";
     return empty;
   }
   return {};
@@ -146,7 +150,7 @@ std::optional<EmptyBody> find_empty_body(const Scene& scene) {
   return with_numbers(scene.options, [&](auto dimension, auto number) {
     constexpr int D = decltype(dimension)::value;
     const std::optional<EmptyBody> body = first_empty_body<D, decltype(number)>(scene);
-    return body ? body : first_empty_source<D>(scene);
+    return body ? body : first_source_amiss<D>(scene);
   });
 }
 

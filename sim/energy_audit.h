@@ -13,7 +13,8 @@
 
 namespace sim {
 
-/// [J] by stage: p2g, forces, stress (of solids), pressure, reflect, extrapolate, g2p, volume, advect, collide, carry (limiters), plasticity.
+/// [J] by stage: p2g, forces, stress (of solids), pressure, reflect, extrapolate, g2p, volume, advect, source (births, and what sources hold), collide,
+/// carry (limiters), plasticity.
 using EnergyChanges = std::map<std::string, double, std::less<>>;
 
 class EnergyAudit {

@@ -319,6 +319,8 @@ void Source::params(base::Params& p) {
   p.table("shape", "where it is: whole cells, those with their middles in it", [&](base::Params& q) { shape.params(q, false); });
   p("velocity", velocity, "m/s", "velocity of what it pours");
   p.require(!velocity.isZero(0), "velocity", "must not be zero: nothing would come");
+  p.require((!shape.sphere && !shape.turn) || (velocity.array() != 0).count() <= 1, "velocity",
+            "must point along an axis where the shape is a sphere or a turned box: the steps of its cells would pour sideways");
   p("density", density, "kg/m^3", "mass per volume", base::above(0), "that of the bodies, or 1000");
   p("start", start, "s", "when it begins; the first frame is 0", base::at_least(0));
   p("end", end, "s", "when it ends", base::above(0), "never");
@@ -418,7 +420,7 @@ void Options::params(base::Params& p) {
 
 namespace {
 
-/// What the boxes around the bodies would hold, within the domain.
+/// What the boxes around the bodies would hold, within the domain, and those around sources.
 double most_particles(const Scene& scene) {
   const Options& o = scene.options;
   double most = 0;
@@ -428,6 +430,13 @@ double most_particles(const Scene& scene) {
     double here = double(o.particles_per_cell);
     for (int a = 0; a < int(o.dimension); ++a)
       here *= std::max(0.0, std::min(bounds.upper[a], o.domain.upper[a]) - std::max(bounds.lower[a], o.domain.lower[a])) / o.cell;
+    most += here;
+  }
+  for (const Source& source : scene.sources) {
+    if (source.shape.box.has_value() + source.shape.sphere.has_value() != 1) continue;
+    double here = double(o.particles_per_cell);
+    const base::Vec3 size = source.shape.bounds().size();
+    for (int a = 0; a < int(o.dimension); ++a) here *= size[a] / o.cell;
     most += here;
   }
   return most;

@@ -97,6 +97,18 @@ Size size_of(const Scene& scene) {
   return size;
 }
 
+std::vector<double> flows(const Scene& scene) {
+  std::vector<double> all;
+  if (scene.sources.empty()) return all;
+  return with_numbers(scene.options, [&](auto dimension, auto) {
+    constexpr int D = decltype(dimension)::value;
+    const Sources<D> sources(scene, Solids<D>(scene, lattice_of<D>(scene.options)));
+    for (int s = 0; s < sources.count(); ++s)
+      all.push_back(sources.rate(s) * std::pow(scene.options.cell, D) / double(scene.options.particles_per_cell));
+    return all;
+  });
+}
+
 double particles_at(double time, const Scene& scene) { return size_of(scene).particles + poured_by(time, scene) - poured_by(0, scene); }
 
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 // How large a scene will be, before anything of it is allocated.
 #include <cstdint>
+#include <vector>
 
 #include "sim/scene.h"
 
@@ -19,6 +20,9 @@ Size size_of(const Scene&);
 
 /// Particles at a time [s], where none leaves.
 double particles_at(double time, const Scene&);
+
+/// [m^3/s] that each source pours while it acts: of whole cells. In two dimensions of a slab one metre deep.
+std::vector<double> flows(const Scene&);
 
 /// Steps from one frame to the next while the fastest particle gets from `before` to `after` [m/s]; of solids, in which sound goes as fast as at
 /// rest:

@@ -96,6 +96,11 @@ TEST_F(BadShot, SaysWhatASourceNeeds) {
   const std::vector<Bad> table = {
       {named + shape, "x.toml:4:1: source.tap.velocity = [0, 0, 0] m/s: must not be zero: nothing would come"},
       {named + "velocity = [1, 0, 0]\n", "x.toml:4:1: source.tap.shape: a source needs a shape"},
+      {named + "shape = { sphere = { center = [0.7, 0.7, 0.7], radius = 0.1 } }\nvelocity = [1, 0, -1]\n",
+       "x.toml:7:12: source.tap.velocity = [1, 0, -1] m/s: must point along an axis where the shape is a sphere or a turned box: the steps of its cells would "
+       "pour sideways"},
+      {tap + "[[collider]]\nshape = { box = [[0.5, 0.5, 0.5], [0.7, 0.9, 0.6]] }\n",
+       "x.toml:7:12: source.tap.velocity: 500 of its 1000 cells pour into a wall, a collider or another source, where there is no room"},
       {tap + "start = 1\nend = 0.5\n", "x.toml:9:7: source.tap.end = 0.5 s: must be later than start"},
       {tap + "density = 1200\n", "x.toml:8:11: source.tap.density = 1200 kg/m^3: one liquid has one density: bodies and sources must have the same"},
       {tap + "look = \"glass\"\n", "x.toml:8:8: source.tap.look = \"glass\": one liquid has one look: bodies and sources must have the same"},

@@ -50,7 +50,7 @@ class Liquid final : public Simulation {
  public:
   Liquid(const Scene& scene, double fps)
       : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
-        sources_(scene, solids_), particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
+        sources_(scene, solids_, kShortestStep / fps), particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
         poured_(sources_, particles_.size()), step_(options_, solids_, !fills_the_domain(particles_, solids_), &sources_),
         particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     pour(0);
@@ -112,7 +112,7 @@ class Liquid final : public Simulation {
     std::vector<Born> born;
     for (int s = 0; s < sources_.count(); ++s) {
       double& until = poured_.until[std::size_t(s)];
-      if (time < sources_.start(s)) continue;
+      if (!sources_.has_begun(s, time)) continue;
       if (until < sources_.start(s)) {
         until = sources_.start(s);
         std::vector<Cell<D>> taken;
@@ -124,7 +124,7 @@ class Liquid final : public Simulation {
       }
       const std::vector<Born> came = sources_.pour(s, until, time);
       born.insert(born.end(), came.begin(), came.end());
-      until = time;
+      until = std::max(until, time);
     }
     std::sort(born.begin(), born.end());
     bear(born);
@@ -146,14 +146,22 @@ class Liquid final : public Simulation {
   void bear(const std::vector<Born>& born) {
     if (born.empty()) return;
     particles_.settle();
-    const std::size_t before = particles_.size();
+    const std::size_t before = particles_.size(), after = before + born.size();
+    if (double(after) > kMostParticles)
+      throw Unstable(frame_ + 1, {"step", fmt::format("sources make {} particles; at most {:.3g} are possible", after, kMostParticles), "end them earlier"});
+    if (after > particles_.id.capacity()) {   // a little more each time, for vectors that grow by themselves double
+      const std::size_t room = after + after / 8;
+      particles_.cell.reserve(room), particles_.offset.reserve(room), particles_.id.reserve(room), particles_.coefficients.reserve(room * particles_.row());
+    }
+    const double energy_before = poured_.energy;
     for (const Born& b : born) {
       const std::int64_t id = poured_.next_id++;
-      Moving<D, Real> particle{{cell_at(b.place), {}}, Vec<D, Real>::Zero()};
+      Moving<D, Real> particle{{solids_.lattice.wrapped(cell_at(b.place)), {}}, Vec<D, Real>::Zero()};
       base::Vec3 at = options_.domain.lower;
       for (int a = 0; a < D; ++a) {
-        particle.site.offset[a] = std::min(Real(b.place[a] - std::floor(b.place[a])), std::nextafter(Real(1), Real(0)));
-        at[a] += options_.cell * b.place[a];
+        const double within = b.place[a] - std::floor(b.place[a]);
+        particle.site.offset[a] = std::min(Real(within), std::nextafter(Real(1), Real(0)));
+        at[a] += options_.cell * (particle.site.cell[std::size_t(a)] + within);
       }
       if (std::any_of(solids_.shapes.begin(), solids_.shapes.end(), [&](const Shape& s) { return s.distance(at) < 0; })) continue;
       solids_.push_out(particle);
@@ -166,6 +174,7 @@ class Liquid final : public Simulation {
       poured_.energy += particles_.mass * (0.5 * velocity.squaredNorm() + energy_of_place<D>(b.place, downhill(gravity_, options_), options_));
     }
     poured_.count += std::int64_t(particles_.size() - before);
+    if (options_.audit) step_.audit().add("source", poured_.energy - energy_before);
   }
 
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
@@ -181,10 +190,10 @@ class Liquid final : public Simulation {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
     const double poured_before = poured_.energy;
-    sources_.begin_step(start);
+    sources_.begin_step(start, solids_);
     const Motion motion = motion_of_particles(ledger);
     check_finite(motion);
-    double dt = first_guess(left, motion.speed);
+    double dt = first_guess(std::min(left, sources_.next_change(start) - start), motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     step_.scatter(particles_, reflects ? dt / 2 : dt, ledger);
     check_momentum(motion);
@@ -195,6 +204,7 @@ class Liquid final : public Simulation {
       step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
       way = step_.move(half, particles_, ledger);
+      add_work(particles_.mass * step_.source_work());
       step_.scatter(particles_, half, ledger);
       const double rest = project(dt / 2 < half ? dt / 2 : half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
@@ -252,6 +262,7 @@ class Liquid final : public Simulation {
     step_.gather(gather_rule(dt, speed), particles_, ledger);
     solids_.move_to(end);
     const double way = step_.move(dt, particles_, ledger);
+    add_work(particles_.mass * step_.source_work());
     if (corrects) watch_.add_work(particles_.mass * step_.shift_work());   // it is no motion, and lifts the liquid
     return way;
   }

@@ -162,10 +162,10 @@ std::optional<double> held_at(const Sources<D>& sources, const Cell<D>& block, i
 template <int D>
 void OpenFaces<D>::update(const Solids<D>& solids, const ActiveBlocks<D>& blocks, const Sources<D>* sources) {
   const bool pours = sources && sources->acts(), moves = pours || solids.speed() > 0;
-  const std::vector<std::uint8_t> acting = pours ? sources->acting() : std::vector<std::uint8_t>{};
-  if ((solids.speed() > 0 && solids.time() != time_) || acting != acting_) keys_.clear(), pushed_.clear(), held_.clear();
+  const std::int64_t generation = sources ? sources->generation() : 0;
+  if ((solids.speed() > 0 && solids.time() != time_) || generation != generation_) keys_.clear(), pushed_.clear(), held_.clear();
   if (keys_ == blocks.keys()) return;
-  acting_ = acting;
+  generation_ = generation;
   time_ = solids.time();
   std::vector<Fractions> before_pushed = std::move(pushed_);
   std::vector<Flags> before_held = std::move(held_);

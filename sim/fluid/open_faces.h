@@ -68,7 +68,7 @@ class OpenFaces {
   std::vector<Fractions> fractions_, pushed_;   // pushed_: empty where no solid moves and no source acts
   std::vector<Flags> held_;                     // empty where no source acts
   double time_ = 0;                             // [s] of the solids
-  std::vector<std::uint8_t> acting_;            // sources
+  std::int64_t generation_ = 0;                 // of the sources
 };
 
 inline constexpr double kLeastOpening = 0.01;

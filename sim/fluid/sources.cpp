@@ -12,6 +12,8 @@
 namespace sim {
 namespace {
 
+constexpr double kEdge = 1e-6;   // [cells] that a middle is moved by, off the edge of a shape
+
 template <int D>
 Cell<D> stepped(Cell<D> at, int axis, int by) {
   at[std::size_t(axis)] += by;
@@ -28,16 +30,16 @@ bool Sources<D>::Born::operator<(const Born& other) const {
 }
 
 template <int D>
-Sources<D>::Sources(const Scene& scene, const Solids<D>& solids)
-    : options_(scene.options), lattice_(solids.lattice), edge_(places_along_edge<D>(scene.options)), acting_(scene.sources.size(), 0) {
+Sources<D>::Sources(const Scene& scene, const Solids<D>& solids, double slack)
+    : options_(scene.options), lattice_(solids.lattice), slack_(slack), edge_(places_along_edge<D>(scene.options)), acting_(scene.sources.size(), 0) {
   for (const sim::Source& source : scene.sources) {
     Source s{.velocity = source.velocity, .way = source.velocity.head<D>() / options_.cell, .start = source.start,
-             .end = source.end.value_or(std::numeric_limits<double>::infinity()), .cells = {}, .lower = {}, .upper = {}, .upstream = {}};
+             .end = source.end.value_or(std::numeric_limits<double>::infinity()), .cells = {}, .lower = {}, .upper = {}, .upstream = {}, .shut = {}};
     const std::vector<Shape> shapes = with_images(source.shape, options_);
     for (const std::int64_t number : cells_around<D>(shapes, options_, lattice_)) {
       const Cell<D> at = cell_of<D>(number, lattice_);
-      const bool taken = std::any_of(sources_.begin(), sources_.end(), [&](const Source& other) { return other.holds(at); });
-      if (!taken && any_holds(shapes, solids.place_in(at, 0.5)) && !solids.solid(at)) s.cells.push_back(at);
+      const bool taken = std::any_of(sources_.begin(), sources_.end(), [&](const Source& other) { return other.overlaps(s) && other.holds(at); });
+      if (!taken && any_holds(shapes, solids.place_in(at, 0.5 + kEdge)) && !solids.solid(at)) s.cells.push_back(at);
     }
     std::sort(s.cells.begin(), s.cells.end());
     if (!s.cells.empty()) s.lower = s.upper = s.cells.front();
@@ -51,15 +53,56 @@ Sources<D>::Sources(const Scene& scene, const Solids<D>& solids)
 }
 
 template <int D>
-void Sources<D>::begin_step(double time) {
+std::vector<Cell<D>> Sources<D>::shut(int source, const Solids<D>& solids) const {
+  const Source& s = one(source);
+  std::vector<Cell<D>> found;
+  const auto blocks = [&](const Cell<D>& next) {
+    if (s.holds(next)) return std::binary_search(found.begin(), found.end(), next);
+    const bool other = std::any_of(sources_.begin(), sources_.end(), [&](const Source& o) { return &o != &s && o.overlaps(s) && o.velocity != s.velocity && o.holds(next); });
+    return other || solids.solid(next);
+  };
+  for (std::size_t before = found.size() + 1; before != found.size();) {   // a cell behind one that is shut is shut, too
+    before = found.size();
+    std::vector<Cell<D>> more;
+    for (const Cell<D>& cell : s.cells)
+      for (int a = 0; a < D; ++a)
+        if (s.way[a] != 0 && blocks(lattice_.wrapped(stepped<D>(cell, a, s.way[a] > 0 ? 1 : -1)))) {
+          more.push_back(cell);
+          break;
+        }
+    found = std::move(more);
+  }
+  return found;
+}
+
+template <int D>
+double Sources<D>::next_change(double time) const {
+  double next = std::numeric_limits<double>::infinity();
+  for (const Source& s : sources_)
+    for (const double change : {s.start, s.end})
+      if (change > time + slack_) next = std::min(next, change);
+  return next;
+}
+
+template <int D>
+void Sources<D>::begin_step(double time, const Solids<D>& solids) {
   std::vector<std::uint8_t> acting;
-  for (const Source& s : sources_) acting.push_back(s.start <= time && time < s.end);
-  if (acting == acting_) return;
+  for (const Source& s : sources_) acting.push_back(s.start <= time + slack_ && time + slack_ < s.end);
+  const bool moves = solids.speed() > 0;
+  if (acting == acting_ && !moves) return;
   acting_ = std::move(acting);
-  owned_.clear();
-  for (std::size_t s = 0; s < sources_.size(); ++s)
-    for (std::size_t n = 0; acting_[s] && n < sources_[s].cells.size(); ++n) owned_.push_back({sources_[s].cells[n], int(s)});
-  std::sort(owned_.begin(), owned_.end(), [](const Owned& one, const Owned& other) { return one.cell < other.cell; });
+  std::vector<Owned> owned;
+  for (std::size_t s = 0; s < sources_.size(); ++s) {
+    if (!acting_[s]) continue;
+    Source& source = sources_[s];
+    if (moves) source.shut = shut(int(s), solids);
+    for (const Cell<D>& cell : source.cells)
+      if (!std::binary_search(source.shut.begin(), source.shut.end(), cell)) owned.push_back({cell, int(s)});
+  }
+  std::sort(owned.begin(), owned.end(), [](const Owned& one, const Owned& other) { return one.cell < other.cell; });
+  if (owned == owned_) return;
+  owned_ = std::move(owned);
+  ++generation_;
   if (!owned_.empty()) lower_ = upper_ = owned_.front().cell;
   for (const Owned& one : owned_)
     for (std::size_t a = 0; a < std::size_t(D); ++a) lower_[a] = std::min(lower_[a], one.cell[a]), upper_[a] = std::max(upper_[a], one.cell[a]);
@@ -149,6 +192,7 @@ template <int D>
 auto Sources<D>::fill(int source, double now) const -> std::vector<Born> {
   const Source& s = one(source);
   std::vector<Born> all;
+  now = std::max(now, s.start);
   for (const Cell<D>& cell : s.cells) {
     Vec<D, double> at;
     for (int a = 0; a < D; ++a) at[a] = cell[std::size_t(a)];
@@ -165,6 +209,8 @@ auto Sources<D>::pour(int source, double from, double to) const -> std::vector<B
   const double first = from - s.start, last = std::min(to, s.end) - s.start, now = to - s.start;   // [s] since it began
   if (!(last > first)) return all;
   for (const auto& [cell, axis] : s.upstream) {
+    const Cell<D> outside = lattice_.wrapped(stepped<D>(cell, axis, s.way[axis] > 0 ? -1 : 1));
+    if (std::binary_search(s.shut.begin(), s.shut.end(), cell) || at(outside) != kNone) continue;   // what another source brings is no birth
     const double plane = cell[std::size_t(axis)] + (s.way[axis] > 0 ? 0 : 1);
     Vec<D, double> lower, upper;   // of the seeds that may cross this side
     for (int a = 0; a < D; ++a) {

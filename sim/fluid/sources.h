@@ -16,14 +16,20 @@ namespace sim {
 template <int D>
 class Sources {
  public:
-  /// Cells that a collider covers at t = 0 are none of a source's, and a cell is the first one's that holds it.
-  Sources(const Scene&, const Solids<D>&);
+  /// Cells that a collider covers at t = 0 are none of a source's, and of sources that act at one time a cell is the first one's. A middle on a shape's edge is in it at
+  /// the lower end of an axis, not at the upper one. A source begins, and ends, up to `slack` [s] early.
+  Sources(const Scene&, const Solids<D>&, double slack = 0);
 
   int count() const { return int(sources_.size()); }
-  /// Those that act in a step which begins at `time` [s] act from here on.
-  void begin_step(double time);
-  /// A flag a source.
-  const std::vector<std::uint8_t>& acting() const { return acting_; }
+  /// Those that act in a step which begins at `time` [s] act from here on, but for cells that pour into a collider now: those are free liquid, and
+  /// nothing is born there.
+  void begin_step(double time, const Solids<D>&);
+  bool acts(int source) const { return acting_[std::size_t(source)] != 0; }
+  /// Another number whenever other cells act.
+  std::int64_t generation() const { return generation_; }
+  bool has_begun(int source, double time) const { return one(source).start <= time + slack_; }
+  /// [s] The next time after this one at which a source begins or ends; endless where none does.
+  double next_change(double time) const;
   bool acts() const { return !owned_.empty(); }
   /// Of the fastest that acts [m/s].
   double speed() const;
@@ -43,6 +49,9 @@ class Sources {
   /// Moves what has come into a source out of the nearest of its sides that has no solid behind it; nothing where there is none.
   template <class Real>
   void push_out(const Solids<D>&, Site<D, Real>&) const;
+
+  /// Cells of a source, and what is behind them, that pour into a wall, a collider or another source that moves otherwise.
+  std::vector<Cell<D>> shut(int source, const Solids<D>&) const;
 
   /// Of a source, whether it acts or not.
   base::Vec3 velocity(int source) const { return one(source).velocity; }
@@ -69,7 +78,7 @@ class Sources {
   };
   /// What a source holds when it begins, and where that is at a later time [s], ascending.
   std::vector<Born> fill(int source, double now) const;
-  /// What comes in between two times [s], and where it is at the later one, ascending.
+  /// What comes in between two times [s] through the cells that are not shut, and where it is at the later one, ascending.
   std::vector<Born> pour(int source, double from, double to) const;
 
  private:
@@ -80,6 +89,8 @@ class Sources {
     std::vector<Cell<D>> cells;
     Cell<D> lower, upper;         // that all of them lie between
     std::vector<Side> upstream;
+    std::vector<Cell<D>> shut;    // as of the last step
+    bool overlaps(const Source& other) const { return start < other.end && other.start < end; }   // in time
     bool holds(const Cell<D>& at) const { return lies_between(lower, upper, at) && std::binary_search(cells.begin(), cells.end(), at); }
   };
   static bool lies_between(const Cell<D>& lower, const Cell<D>& upper, const Cell<D>& at) {
@@ -94,14 +105,17 @@ class Sources {
 
   Options options_;
   Lattice<D> lattice_;
+  double slack_;                  // [s]
   int edge_;                      // places along a cell's edge
   std::vector<Source> sources_;
   std::vector<std::uint8_t> acting_;
   struct Owned {
     Cell<D> cell;
     int source;
+    bool operator==(const Owned&) const = default;
   };
-  std::vector<Owned> owned_;      // cells of those that act, ascending
+  std::vector<Owned> owned_;      // cells that act, ascending
+  std::int64_t generation_ = 0;
   Cell<D> lower_{}, upper_{};     // that all of them lie between
 };
 

@@ -192,7 +192,7 @@ void FluidStep<D, Real>::find_held(const Particles<D, Real>& particles, base::Le
     std::vector<Held> found;
     for (std::size_t p = begin; p < end; ++p)
       if (const int source = sources_->at(particles.cell[p]); source != Sources<D>::kNone)
-        found.push_back({p, {particles.cell[p], particles.offset[p]}, source});
+        found.push_back({p, {particles.cell[p], particles.offset[p]}, source, 0.5 * double(particles.velocity(p).squaredNorm())});
     return found;
   }, [](std::vector<Held> all, const std::vector<Held>& part) {
     all.insert(all.end(), part.begin(), part.end());
@@ -203,8 +203,9 @@ void FluidStep<D, Real>::find_held(const Particles<D, Real>& particles, base::Le
 template <int D, class Real>
 void FluidStep<D, Real>::open_inflow() {
   for (int s = 0; sources_ && s < sources_->count(); ++s) {
-    if (!sources_->acting()[std::size_t(s)]) continue;
+    if (!sources_->acts(s)) continue;
     for (const auto& [cell, axis] : sources_->upstream(s)) {
+      if (sources_->at(cell) != s) continue;
       const double velocity = sources_->velocity(s)[axis];
       Cell<D> above = cell, outside = cell;
       outside[std::size_t(axis)] += velocity > 0 ? -1 : 1;
@@ -218,6 +219,7 @@ void FluidStep<D, Real>::open_inflow() {
 
 template <int D, class Real>
 void FluidStep<D, Real>::move_held(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
+  source_work_ = 0;
   if (!sources_ || !sources_->acts()) return;
   {
     const auto pass = ledger.pass("source", std::int64_t(particles.size() * sizeof(Cell<D>) + held_.size() * (sizeof(Held) + particles.row() * sizeof(Real))));
@@ -234,17 +236,24 @@ void FluidStep<D, Real>::move_held(double dt, Particles<D, Real>& particles, bas
         particles.cell[p] = site.cell, particles.offset[p] = site.offset;
       }
     });
-    for (Held& held : held_) {
-      const Vec<D, Real> velocity = sources_->velocity(held.source).template head<D>().template cast<Real>();
-      held.site.move(Real(dt / options_.cell) * velocity);
-      particles.cell[held.particle] = solids_.lattice.wrapped(held.site.cell);
-      particles.offset[held.particle] = held.site.offset;
-      for (int a = 0; a < D; ++a) {
-        const auto c = particles.component(held.particle, a);
-        c[0] = velocity[a];
-        for (std::size_t r = 1; r < c.size(); ++r) c[r] = 0;
+    source_work_ = base::ordered_reduce(held_.size(), 4096, 0.0, [&](std::size_t begin, std::size_t end) {
+      double work = 0;
+      for (std::size_t n = begin; n < end; ++n) {
+        Held& held = held_[n];
+        const base::Vec3 moved = sources_->velocity(held.source);
+        const Vec<D, Real> velocity = moved.template head<D>().template cast<Real>();
+        held.site.move(Real(dt / options_.cell) * velocity);
+        particles.cell[held.particle] = solids_.lattice.wrapped(held.site.cell);
+        particles.offset[held.particle] = held.site.offset;
+        for (int a = 0; a < D; ++a) {
+          const auto c = particles.component(held.particle, a);
+          c[0] = velocity[a];
+          for (std::size_t r = 1; r < c.size(); ++r) c[r] = 0;
+        }
+        work += 0.5 * moved.squaredNorm() - held.kinetic - dt * down_.dot(moved);
       }
-    }
+      return work;
+    }, [](double s, double t) { return s + t; });
   }
   audit("source", particles, ledger);
 }

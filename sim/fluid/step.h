@@ -62,6 +62,8 @@ class FluidStep {
 
   /// What the shift of the last `correct_volume` did on the liquid, by its weight and its velocities [J], per particle's mass.
   double shift_work() const;
+  /// What sources did in the last `move` on what they hold, which they carry up and set in motion [J], per particle's mass.
+  double source_work() const { return source_work_; }
   /// What moving solids did on the liquid in the last projection [J], per mass of a cell full of liquid.
   double solid_work() const { return solid_work_; }
 
@@ -138,10 +140,11 @@ class FluidStep {
     std::size_t particle;
     Site<D, Real> site;               // at the last `scatter`
     int source;
+    double kinetic;                   // [m^2/s^2] of its mean velocity then
   };
   std::vector<Held> held_;            // by sources
   bool displaces_ = false, departed_ = false;   // in this step: a correction was found; the particles have departed
-  double solid_work_ = 0;
+  double solid_work_ = 0, source_work_ = 0;
   StepCounts counts_;
   EnergyAudit audit_, scattered_audit_;         // the second as it was after `scatter`
   double particle_mass_ = 0, mass_ = 0;         // [kg] of one, of all; where there is an audit
