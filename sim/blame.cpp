@@ -12,7 +12,10 @@ namespace {
 /// Whatever is no number stands out most.
 double standing(double value) { return std::isfinite(value) ? value : std::numeric_limits<double>::infinity(); }
 
-int body_at(const Scene& scene, const Frame& f, std::size_t row) { return !f.body.empty() ? int(f.body[row]) : scene.bodies.size() == 1 && scene.sources.empty() ? 0 : -1; }
+int body_at(const Scene& scene, const Frame& f, std::size_t row) {
+  if (!f.body.empty()) return int(f.body[row]);
+  return scene.bodies.size() == 1 && scene.sources.empty() ? 0 : -1;
+}
 
 struct Found {
   std::size_t row = 0;   // of the frame

@@ -16,8 +16,8 @@ struct EmptyBody {
   base::Complaint complaint;   // key "body.NAME.shape", and why: outside the domain, too small, or inside what comes first
 };
 
-/// The first such body, or else the first such source ("source.NAME.shape" or "source.NAME.velocity"). Looks at places all over each body until one is its own: a body that owns a share s of the cells around it takes about
-/// 1/s looks, and only one that is empty takes them all.
+/// The first such body, or else the first such source ("source.NAME.shape" or "source.NAME.velocity"). Looks at places all over each body until
+/// one is its own: a body that owns a share s of the cells around it takes about 1/s looks, and only one that is empty takes them all.
 std::optional<EmptyBody> find_empty_body(const Scene&);
 
 }  // namespace sim

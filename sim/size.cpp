@@ -59,7 +59,8 @@ double poured_by(double time, const Scene& scene) {
     double particles = 0;
     for (int s = 0; s < sources.count(); ++s) {
       if (time < sources.start(s)) continue;
-      particles += double(sources.cells(s).size()) * double(scene.options.particles_per_cell) + sources.rate(s) * (std::min(time, sources.end(s)) - sources.start(s));
+      particles += double(sources.cells(s).size()) * double(scene.options.particles_per_cell);
+      particles += sources.rate(s) * (std::min(time, sources.end(s)) - sources.start(s));
     }
     return particles;
   });

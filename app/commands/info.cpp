@@ -81,7 +81,8 @@ Json shot_info(const fs::path& file) {
           {"kind", "shot"},
           {"shot",
            {{"name", shot.name}, {"frames", shot.frames}, {"fps", shot.fps}, {"quality", shot.quality}, {"dimension", shot.scene.options.dimension},
-            {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"sources", shot.scene.sources.size()}, {"colliders", shot.scene.colliders.size()},
+            {"cell", shot.scene.options.cell}, {"bodies", shot.scene.bodies.size()}, {"sources", shot.scene.sources.size()},
+            {"colliders", shot.scene.colliders.size()},
             {"width", shot.render.options.width}, {"height", shot.render.options.height}}}};
 }
 

@@ -53,7 +53,8 @@ void print_sizes(const Shot& shot, const sim::Size& size, const FrameRange& rang
   std::string flows;
   const std::vector<double> each = sim::flows(shot.scene);
   for (std::size_t s = 0; s < each.size(); ++s) flows += fmt::format("; {} {:.3g} m^3/s", shot.scene.sources[s].name, each[s]);
-  if (!each.empty()) std::printf("%-10s%.0f more by frame %lld%s\n", "poured", particles_at(shot, range.last) - size.particles, static_cast<long long>(range.last), flows.c_str());
+  if (!each.empty()) std::printf("%-10s%.0f more by frame %lld%s\n", "poured", particles_at(shot, range.last) - size.particles,
+                                static_cast<long long>(range.last), flows.c_str());
   std::printf("%-10s%.0f\n", "cells", size.cells);
   for (const Stage s : stages_of(shot)) {
     std::string passes;

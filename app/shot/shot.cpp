@@ -282,7 +282,8 @@ void Shot::params(base::Params& p) {
   p.require(color != "material" || scene.options.is_solid(), "preview.color", "a liquid is of one material");
   const bool pours = std::any_of(scene.sources.begin(), scene.sources.end(), [](const sim::Source& s) { return s.start == 0; });
   p.require(!scene.bodies.empty() || pours, scene.sources.empty() ? "body" : "source.1.start",
-            scene.sources.empty() ? "a shot needs at least one [[body]], or a [[source]]" : "needs a [[body]], or a source that begins at the first frame: there is nothing before");
+            scene.sources.empty() ? "a shot needs at least one [[body]], or a [[source]]"
+                                  : "needs a [[body]], or a source that begins at the first frame: there is nothing before");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const sim::Body& body = scene.bodies[i];
     const std::string key = "body." + std::to_string(i + 1);

@@ -58,7 +58,8 @@ std::vector<Cell<D>> Sources<D>::shut(int source, const Solids<D>& solids) const
   std::vector<Cell<D>> found;
   const auto blocks = [&](const Cell<D>& next) {
     if (s.holds(next)) return std::binary_search(found.begin(), found.end(), next);
-    const bool other = std::any_of(sources_.begin(), sources_.end(), [&](const Source& o) { return &o != &s && o.overlaps(s) && o.velocity != s.velocity && o.holds(next); });
+    const auto is_other = [&](const Source& o) { return &o != &s && o.overlaps(s) && o.velocity != s.velocity && o.holds(next); };
+    const bool other = std::any_of(sources_.begin(), sources_.end(), is_other);
     return other || solids.solid(next);
   };
   for (std::size_t before = found.size() + 1; before != found.size();) {   // a cell behind one that is shut is shut, too

@@ -16,8 +16,8 @@ namespace sim {
 template <int D>
 class Sources {
  public:
-  /// Cells that a collider covers at t = 0 are none of a source's, and of sources that act at one time a cell is the first one's. A middle on a shape's edge is in it at
-  /// the lower end of an axis, not at the upper one. A source begins, and ends, up to `slack` [s] early.
+  /// Cells that a collider covers at t = 0 are none of a source's, and of sources that act at one time a cell is the first one's. A middle on a
+  /// shape's edge is in it at the lower end of an axis, not at the upper one. A source begins, and ends, up to `slack` [s] early.
   Sources(const Scene&, const Solids<D>&, double slack = 0);
 
   int count() const { return int(sources_.size()); }
