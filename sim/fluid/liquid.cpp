@@ -15,6 +15,7 @@
 #include "sim/fluid/step.h"
 #include "sim/moment.h"
 #include "sim/pace.h"
+#include "sim/seeding.h"
 #include "sim/transfer/dimension.h"
 #include "sim/transfer/particle_state.h"
 #include "sim/watch.h"
@@ -163,7 +164,7 @@ class Liquid final : public Simulation {
         particle.site.offset[a] = std::min(Real(within), std::nextafter(Real(1), Real(0)));
         at[a] += options_.cell * (particle.site.cell[std::size_t(a)] + within);
       }
-      if (std::any_of(solids_.shapes.begin(), solids_.shapes.end(), [&](const Shape& s) { return s.distance(at) < 0; })) continue;
+      if (any_holds(solids_.shapes, at)) continue;
       solids_.push_out(particle);
       if (!solids_.lattice.inside(particle.site.cell)) continue;
       const base::Vec3 velocity = sources_.velocity(b.source);
