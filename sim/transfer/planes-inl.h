@@ -1,4 +1,4 @@
-// Vectors of two or four lines of four numbers: nodes, or cells, of a plane across x, z running fastest; or nodes of a row, four numbers each.
+// Vectors of two or four lines of four numbers: cells of a plane across x, z running fastest; nodes of a row, or faces, four numbers each.
 #if defined(SIM_TRANSFER_PLANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef SIM_TRANSFER_PLANES_INL_H
 #undef SIM_TRANSFER_PLANES_INL_H
@@ -8,7 +8,10 @@
 
 #include <hwy/highway.h>
 
+#include <cstring>
 #include <type_traits>
+
+#include "sim/transfer/lanes-inl.h"   // SIM_LANES_INLINED
 
 HWY_BEFORE_NAMESPACE();
 namespace sim::lanes::HWY_NAMESPACE {
@@ -45,12 +48,25 @@ struct Vectors {
     alignas(64) static constexpr std::int32_t kFrom[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
     return each([=](int p) { return hn::TableLookupLanes(hn::LoadDup128(Tag{}, number), hn::SetTableIndices(Tag{}, kFrom + p * kLanes)); });
   }
+  /// Two numbers in every half of a line.
+  HWY_INLINE static Vectors same_pairs(const float* pair) {
+    double both;
+    std::memcpy(&both, pair, sizeof both);
+    return each([=](int) { return hn::BitCast(Tag{}, hn::Set(Twos{}, both)); });
+  }
   HWY_INLINE friend Vectors operator+(Vectors a, Vectors b) { return each([&](int p) { return hn::Add(a.part[p], b.part[p]); }); }
   HWY_INLINE friend Vectors operator-(Vectors a, Vectors b) { return each([&](int p) { return hn::Sub(a.part[p], b.part[p]); }); }
   HWY_INLINE friend Vectors operator*(Vectors a, Vectors b) { return each([&](int p) { return hn::Mul(a.part[p], b.part[p]); }); }
   /// a b + c, rounded once.
   HWY_INLINE friend Vectors fused(Vectors a, Vectors b, Vectors c) {
     return each([&](int p) { return hn::MulAdd(a.part[p], b.part[p], c.part[p]); });
+  }
+  /// c - a b, and a b - c, rounded once.
+  HWY_INLINE friend Vectors less_product(Vectors c, Vectors a, Vectors b) {
+    return each([&](int p) { return hn::NegMulAdd(a.part[p], b.part[p], c.part[p]); });
+  }
+  HWY_INLINE friend Vectors fused_less(Vectors a, Vectors b, Vectors c) {
+    return each([&](int p) { return hn::MulSub(a.part[p], b.part[p], c.part[p]); });
   }
   /// The numbers of `upper` where those of t are 1/2 at least, else of `lower`.
   HWY_INLINE static Vectors chosen(Vectors t, Vectors upper, Vectors lower) {
@@ -63,9 +79,45 @@ struct Vectors {
   HWY_INLINE Vectors with(Vectors other) const {
     return each([&](int p) { return hn::IfThenElse(of_line<numbers>(), other.part[p], part[p]); });
   }
-  /// The first number of every line 0.
+  /// The last number of every line 0; the first one.
+  HWY_INLINE Vectors without_last() const {
+    return each([&](int p) { return hn::IfThenElseZero(of_line<0b0111>(), part[p]); });
+  }
   HWY_INLINE Vectors without_first() const {
     return each([&](int p) { return hn::IfThenElseZero(of_line<0b1110>(), part[p]); });
+  }
+  /// Of four lines, the last one's numbers 0, or those of `other`; the last two lines those of `other`.
+  HWY_INLINE Vectors without_fourth_line() const {
+    if constexpr (kLines < 4) return *this;
+    return each([&](int p) { return p + 1 < parts ? part[p] : hn::IfThenElseZero(first_of_last(), part[p]); });
+  }
+  HWY_INLINE Vectors with_fourth_line(Vectors other) const {
+    return each([&](int p) { return p + 1 < parts ? part[p] : hn::IfThenElse(first_of_last(), part[p], other.part[p]); });
+  }
+  HWY_INLINE Vectors with_upper_lines(Vectors other) const {
+    if constexpr (parts == 2) return {{part[0], other.part[1]}};
+    else return {{hn::ConcatUpperLower(Tag{}, other.part[0], part[0])}};
+  }
+  /// Of every line numbers 0, 1, 2, 2; the next ones in the turn of three, 1, 2, 0, 0; those after them.
+  HWY_INLINE Vectors third_twice() const { return shuffled<0, 1, 2, 2>(); }
+  HWY_INLINE Vectors turned() const { return shuffled<1, 2, 0, 0>(); }
+  HWY_INLINE Vectors turned_twice() const { return shuffled<2, 0, 1, 1>(); }
+  /// Numbers 0 and 1, or 2 and 3, of each of four lines.
+  HWY_INLINE Vectors<hn::FixedTag<float, 8>, 1> first_pairs() const { return pairs<0>(); }
+  HWY_INLINE Vectors<hn::FixedTag<float, 8>, 1> second_pairs() const { return pairs<1>(); }
+  /// Numbers 0 and 1 of each of four lines, and behind each a number of `others`.
+  HWY_INLINE Vectors with_between(Vectors<hn::FixedTag<float, 8>, 1> others) const {
+    const hn::FixedTag<double, 4> twos;
+    const auto pairs = hn::BitCast(twos, others.part[0]);
+    return each([&](int p) SIM_LANES_INLINED {
+      alignas(64) static constexpr std::int64_t kFrom[8] = {0, 0, 1, 1, 2, 2, 3, 3};
+      const auto all = [&] {
+        if constexpr (parts == 1) return hn::ZeroExtendVector(Twos{}, pairs);
+        else return pairs;
+      }();
+      const auto lines = hn::TableLookupLanes(all, hn::SetTableIndices(Twos{}, kFrom + p * kLanes / 2));
+      return hn::InterleaveLower(Tag{}, part[p], hn::BitCast(Tag{}, lines));
+    });
   }
   HWY_INLINE void store(float* to) const {
 #pragma GCC unroll 2
@@ -73,14 +125,6 @@ struct Vectors {
   }
   /// Adds all lines to numbers in memory.
   HWY_INLINE void add_to(float* HWY_RESTRICT to) const { (load(to) + *this).store(to); }
-  /// Adds the first `lines`, `step` numbers from one to the next.
-  template <int lines>
-  HWY_INLINE void add_to(float* HWY_RESTRICT to, int step) const {
-    static_assert(lines >= 2 && lines <= kLines);
-    add_line(to, line<0>()), add_line(to + step, line<1>());
-    if constexpr (lines > 2) add_line(to + 2 * step, line<2>());
-    if constexpr (lines > 3) add_line(to + 3 * step, line<3>());
-  }
   /// Adds the first `pairs` pairs of a number of the first line and one of the second, `step` numbers from one to the next.
   template <int pairs>
   HWY_INLINE void add_pairs_to(float* HWY_RESTRICT to, int step) const {
@@ -92,8 +136,6 @@ struct Vectors {
     if constexpr (pairs > 2) add(to + 2 * step, hn::LowerHalf(pair, upper));
     if constexpr (pairs > 3) add(to + 3 * step, hn::UpperHalf(pair, upper));
   }
-
- private:
   /// A line by its number.
   template <int number>
   HWY_INLINE hn::Vec<Line> line() const {
@@ -105,6 +147,31 @@ struct Vectors {
     }();
     if constexpr (number % 2) return hn::UpperHalf(kLine, lines);
     else return hn::LowerHalf(kLine, lines);
+  }
+
+ private:
+  using Twos = hn::Repartition<double, Tag>;
+
+  template <int which>
+  HWY_INLINE Vectors<hn::FixedTag<float, 8>, 1> pairs() const {
+    const hn::FixedTag<float, 8> half;
+    const auto of = [&](int lower, int upper) SIM_LANES_INLINED {
+      const auto a = hn::BitCast(Twos{}, part[lower]), b = hn::BitCast(Twos{}, part[upper]);
+      return hn::BitCast(Tag{}, which == 0 ? hn::ConcatEven(Twos{}, b, a) : hn::ConcatOdd(Twos{}, b, a));
+    };
+    if constexpr (parts == 2) return {{of(0, 1)}};
+    else return {{hn::LowerHalf(half, of(0, 0))}};
+  }
+  template <int n0, int n1, int n2, int n3>
+  HWY_INLINE Vectors shuffled() const {
+    alignas(64) static constexpr std::int32_t kFrom[16] = {n0,     n1,     n2,     n3,     n0 + 4,  n1 + 4,  n2 + 4,  n3 + 4,
+                                                           n0 + 8, n1 + 8, n2 + 8, n3 + 8, n0 + 12, n1 + 12, n2 + 12, n3 + 12};
+    return each([&](int p) { return hn::TableLookupLanes(part[p], hn::SetTableIndices(Tag{}, kFrom)); });
+  }
+  /// All lines of the last vector but its last one.
+  HWY_INLINE static hn::Mask<Tag> first_of_last() {
+    static constexpr std::uint8_t kBits[8] = {kLanes == 8 ? 0x0f : 0xff, 0x0f};
+    return hn::LoadMaskBits(Tag{}, kBits);
   }
   template <unsigned numbers>
   HWY_INLINE static hn::Mask<Tag> of_line() {
