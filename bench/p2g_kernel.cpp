@@ -1,4 +1,4 @@
-// P2G's kernels alone, of one thread: a block of cells with 8 particles each on the average, whose rows stay in the caches, and a tile that goes nowhere.
+// P2G's kernels alone, of one thread: a block of cells with 8 particles each on the average, whose rows stay in the second cache, and a tile that goes nowhere.
 // What the transfers of transfer.cpp take beyond that is memory and the grid.
 #include <benchmark/benchmark.h>
 
@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/transfer/lanes.h"
+#include "sim/instructions.h"
 #include "sim/scene.h"
+#include "sim/transfer/lanes.h"
 
 namespace bench {
 namespace {
@@ -44,6 +45,7 @@ void run(benchmark::State& state, const Case& c) {
   const int edge = Lattice<3>::kBlock + (c.kernel == Kernel::linear ? 2 : 3);
   std::vector<float> tile(std::size_t((c.faces ? 6 : 4) * edge * edge * edge + lanes::kTileSlack));
 
+  if (c.avx512 && instructions() != std::string("avx512")) return state.SkipWithError("no AVX-512 here");
   lanes::allow_avx512(c.avx512);
   const lanes::Scatter scatter = kernel_of(c);
   lanes::allow_avx512(true);
@@ -56,7 +58,7 @@ void run(benchmark::State& state, const Case& c) {
   state.counters["per_particle"] = benchmark::Counter(double(count), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-const int registered = [] {
+const int kRegistered = [] {
   for (const bool avx512 : {true, false})
     for (const Kernel kernel : {Kernel::quadratic, Kernel::linear})
       for (const bool faces : {false, true})

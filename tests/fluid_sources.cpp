@@ -328,10 +328,12 @@ TEST(FluidSources, ATapFillsAPoolUnderTheWatch) {
       base::Ledger ledger;
       std::int64_t poured = 0, fallbacks = 0, steps = 0, retries = 0;
       const double before = double(watch.totals().particles);
-      double drift = 0;   // in the mean of the second half: a splash's own goes up and down
+      double drift = 0;   // in the mean of the second half: in a splash of so few cells it goes from -1 % to 12 %, in the mean 2 to 7 % (3-D 2 to 4 %)
       for (int f = 0; f < 48; ++f) {
         watch.advance(ledger, {});
         const Totals& t = watch.totals();
+        ASSERT_TRUE(t.volume_drift);
+        EXPECT_LE(std::abs(*t.volume_drift), 0.2) << dimension;
         if (f >= 24) drift += *t.volume_drift / 24;
         poured += t.poured, fallbacks += t.splitting_fallbacks, steps += t.substeps, retries += t.retries;
       }

@@ -93,7 +93,7 @@ class BlockSums {
   }
 
   void clear() { sums_.fill(0); }
-  /// All of it, as lanes::Scatter has it: kFields fields of kEdge^D numbers, or as many numbers of each node; and what is written behind them. Not
+  /// All of it, as lanes::Scatter has it: kFields fields of kEdge^D numbers, or as many numbers of each node; and what may be written behind them. Not
   /// cleared.
   Real* data() { return sums_.data(); }
 

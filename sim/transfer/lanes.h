@@ -24,7 +24,7 @@ struct Block {
 /// Of a scatter's tile, behind its fields: whole vectors are added to its nodes.
 inline constexpr int kTileSlack = 4;
 /// Sets the tile to what the particles bring. On nodes: mass and momentum x, y, z of each of kTile^3. On faces: fields of kTile^3 numbers, three of
-/// mass and three of momentum. kTileSlack numbers more are written.
+/// mass and three of momentum. kTileSlack numbers more may be written.
 using Scatter = void (*)(const Block&, float* tile);
 
 /// What a gather reads and writes besides the particles.

@@ -114,10 +114,10 @@ class FaceTile {
 
  private:
   /// Face (i, j) to (j, i): faces of a line follow each other, lines come by steps.
-  HWY_INLINE static void transpose_plane(const float (*from)[2], int from_step, float* HWY_RESTRICT masses, int to_step) {
-    for (int i = 0; i < kEdge; i += kEdge - 4)   // lines 0 to 3 and 3 to 6
-      for (int j = 0; j < kEdge; j += kEdge - 4) {
-        if (i + 4 > kEdge || j + 4 > kEdge) continue;
+  HWY_INLINE static void transpose_plane(const float (*from)[2], int from_step, float* HWY_RESTRICT mass_and_momentum, int to_step) {
+    static_assert(kEdge > 4 && kEdge <= 8);
+    for (const int i : {0, kEdge - 4})   // lines 0 to 3 and 3 to 6
+      for (const int j : {0, kEdge - 4}) {
         hn::Vec<Line> momentum[4], mass[4];
 #pragma GCC unroll 4
         for (int k = 0; k < 4; ++k) {
@@ -125,7 +125,7 @@ class FaceTile {
           const auto first = hn::LoadU(kLine, line), last = hn::LoadU(kLine, line + 4);
           momentum[k] = hn::ConcatEven(kLine, last, first), mass[k] = hn::ConcatOdd(kLine, last, first);
         }
-        float* const to = masses + j * to_step + i;
+        float* const to = mass_and_momentum + j * to_step + i;
         store_transposed(mass, to, to_step), store_transposed(momentum, to + 3 * S::places, to_step);
       }
   }
@@ -153,9 +153,9 @@ class SumsOnFaces {
   using Tile = FaceTile<S>;
   /// Of the first axes: weights, a line a node, and x. The same of the second ones. Of both, two lines each: s. Of the own axes: weights, w times the
   /// weights, s e. Weights of x and y in turn. Coefficients.
-  static constexpr int kFirst = 0, kSecond = 1, kBends = 2, kOwn = S::modes > 2 ? 3 : 2, kPairs = kOwn + S::modes, kCoefficients = kPairs + 1,
+  static constexpr int kFirst = 0, kSecond = 1, kS = 2, kOwn = S::modes > 2 ? 3 : 2, kPairs = kOwn + S::modes, kCoefficients = kPairs + 1,
                        kRows = kCoefficients + Turned::kVectors;
-  using Rows = StagedRows<kRows, 16>;
+  using Rows = StagedRows<kRows, 16>;   // of more, coefficients and all, the nearest cache would not hold rows and tile
   static constexpr std::uint32_t kReadAhead = Rows::kMost;   // particles whose coefficients are read before they are added
 
   HWY_INLINE SumsOnFaces() : momentum_(), mass_() {}
@@ -165,21 +165,21 @@ class SumsOnFaces {
     const P numbers = across.weights().with_fourth_line(across.x);
     numbers.turned().store(to + 16 * kFirst), numbers.turned_twice().store(to + 16 * kSecond);
     if constexpr (S::modes > 2) {
-      const P bends = across.bend();
-      bends.turned().with_upper_lines(bends.turned_twice()).store(to + 16 * kBends);
+      const P s = across.s();
+      s.turned().with_upper_lines(s.turned_twice()).store(to + 16 * kS);
     }
     const AlongAxes<3, Axis::wide_corner, LinesOf::nodes> own(t);
     const P weights = own.weights();
     weights.store(to + 16 * kOwn);
     weights.first_pairs().store(to + 16 * kPairs);
     if constexpr (S::modes > 1) own.weighted_offsets(weights).store(to + 16 * (kOwn + 1));
-    if constexpr (S::modes > 2) own.bent().store(to + 16 * (kOwn + 2));
+    if constexpr (S::modes > 2) own.s_e().store(to + 16 * (kOwn + 2));
     Turned::make(c, to + 16 * kCoefficients);
   }
 
   /// A particle by its number among the staged ones.
   HWY_INLINE void add(const Rows& rows, std::uint32_t at, const float*, const float*) {
-    const AtNodes<3, P> first = across(rows.row(kFirst, at), rows.row(kBends, at)), second = across(rows.row(kSecond, at), rows.row(kBends, at) + 8);
+    const AtNodes<3, P> first = across(rows.row(kFirst, at), rows.row(kS, at)), second = across(rows.row(kSecond, at), rows.row(kS, at) + 8);
     const float* const c = rows.row(kCoefficients, at);
     P own[S::modes], along_first[3][3];
 #pragma GCC unroll 3
@@ -220,12 +220,12 @@ class SumsOnFaces {
   }
 
  private:
-  HWY_INLINE static AtNodes<3, P> across(const float* row, const float* bend) {
+  HWY_INLINE static AtNodes<3, P> across(const float* row, const float* s) {
     AtNodes<3, P> r;
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) r.weight[i] = P::same_lines(row + 4 * i);
     if constexpr (S::modes > 1) r.x = P::same_lines(row + 12);
-    if constexpr (S::modes > 2) r.bend = P::same_lines(bend);
+    if constexpr (S::modes > 2) r.s = P::same_lines(s);
     return r;
   }
 

@@ -21,7 +21,7 @@ class SumsOnNodes {
  public:
   using Tile = PlainTile<S>;
   /// Of the three axes, in lines: weights, and behind three of them x; w times the weights; s; slopes times a factor [1/cell].
-  static constexpr int kWeights = 0, kFirst = 1, kBend = S::modes > 1 ? 2 : 1, kSlopes = S::modes > 2 ? 3 : kBend, kRows = kSlopes + stressed;
+  static constexpr int kWeights = 0, kFirst = 1, kS = S::modes > 1 ? 2 : 1, kSlopes = S::modes > 2 ? 3 : kS, kRows = kSlopes + stressed;
   using Rows = StagedRows<kRows>;
   static constexpr std::uint32_t kReadAhead = 0;
 
@@ -33,7 +33,7 @@ class SumsOnNodes {
     const Lines weights = along.weights();
     (S::n == 3 && S::modes > 1 ? weights.template with<0b1000>(along.x) : weights).store(to + 16 * kWeights);
     if constexpr (S::modes > 1) along.weighted_offsets(weights).store(to + 16 * kFirst);
-    if constexpr (S::modes > 2) along.bend().store(to + 16 * kBend);
+    if constexpr (S::modes > 2) along.s().store(to + 16 * kS);
     if constexpr (stressed) (Lines::all(factor) * along.slopes()).store(to + 16 * kSlopes);
   }
 
@@ -42,7 +42,7 @@ class SumsOnNodes {
     P z[3], along_y[S::n][3];
     z[0] = P::whole_lines(rows.row(kWeights, at) + 8);
     if constexpr (S::modes > 1) z[0] = z[0].without_fourth_line(), z[1] = P::whole_lines(rows.row(kFirst, at) + 8);
-    if constexpr (S::modes > 2) z[2] = P::same_lines(rows.row(kBend, at) + 8) * P::load(kOuterLess2Middle);
+    if constexpr (S::modes > 2) z[2] = P::same_lines(rows.row(kS, at) + 8) * P::load(kOuterLess2Middle);
     const AtNodes<S::n, P> y = at_nodes(rows, at, 1), x = at_nodes(rows, at, 0);
     spread_along_first<S::n, S::count>(y, along_y, [&](auto a, P (&along_z)[3]) SIM_LANES_INLINED {
       for_each_number<modes_beside<S::count>(a)>([&](auto b) SIM_LANES_INLINED {
@@ -95,7 +95,7 @@ class SumsOnNodes {
 #pragma GCC unroll 3
     for (int i = 0; i < S::n; ++i) r.weight[i] = P::all(weights[i]);
     if constexpr (S::modes > 1) r.x = S::n == 3 ? P::all(weights[3]) : r.weight[1];   // the linear kernel's x is a weight
-    if constexpr (S::modes > 2) r.bend = P::all(rows.row(kBend, at)[4 * axis]);
+    if constexpr (S::modes > 2) r.s = P::all(rows.row(kS, at)[4 * axis]);
     return r;
   }
 

@@ -79,11 +79,11 @@ struct AlongAxes {
   HWY_INLINE P weighted_offsets(P weights) const { return weights * (of(Number::node) - x); }
   HWY_INLINE P slopes() const { return fused(of(Number::e), x, of(Number::f)); }
   /// s, and s e.
-  HWY_INLINE P bend() const {
+  HWY_INLINE P s() const {
     const P one = P::all(1.0f), two_x = x + x, product = (one - two_x) * (one + two_x);
     return product * product * fused(P::all(-0.125f) * x, x, P::all(0.09375f));
   }
-  HWY_INLINE P bent() const { return of(Number::e) * bend(); }
+  HWY_INLINE P s_e() const { return of(Number::e) * s(); }
 
  private:
   using Number = NodeNumbers<n, lines>;
@@ -97,7 +97,7 @@ class StagedRows {
 
   HWY_INLINE StagedRows() {}   // not cleared
 
-  /// Calls make(particle, offset, row 0) for particles [first, end) of all; of an offset four numbers can be read.
+  /// Calls make_one(particle, offset, row 0) for particles [first, end) of all; of an offset four numbers can be read.
   template <class Make>
   HWY_INLINE void make(const Block& block, std::uint32_t first, std::uint32_t end, const Make& make_one) {
     const std::uint32_t last = block.begin[Lattice<3>::kCellsPerBlock] - 1;
@@ -115,7 +115,7 @@ class StagedRows {
   alignas(64) float rows_[kMost][rows][16];
 };
 
-/// What particles of a block bring to nodes, as Scatter has it.
+/// What particles of a block bring to nodes or faces, as Scatter has it.
 template <class S>
 struct PlainTile {
   float* numbers;
@@ -153,7 +153,7 @@ HWY_INLINE void for_each_number(const Body& body) {
 /// A particle's numbers along an axis: weights of its n nodes, x, and s of the sets that have the mode g.
 template <int n, class P>
 struct AtNodes {
-  P weight[n], x, bend;
+  P weight[n], x, s;
 
   /// What coefficients of an axis' modes bring to its nodes i: at[i][where].
   template <int modes, int where>
@@ -161,7 +161,7 @@ struct AtNodes {
     P u[n];
     unweighted<modes>(c, u);
     if constexpr (modes == 3) {
-      const P d = bend * c[2];
+      const P d = s * c[2];
       at[0][where] = fused(weight[0], u[0], d), at[1][where] = fused_less(weight[1], u[1], d + d), at[2][where] = fused(weight[2], u[2], d);
     } else {
 #pragma GCC unroll 3
@@ -170,12 +170,12 @@ struct AtNodes {
   }
   /// The same, added; what is e's is added to a sum of its own.
   template <int modes>
-  HWY_INLINE void add(const P (&c)[3], P (&to)[n], P& bent) const {
+  HWY_INLINE void add(const P (&c)[3], P (&to)[n], P& of_e) const {
     P u[n];
     unweighted<modes>(c, u);
 #pragma GCC unroll 3
     for (int i = 0; i < n; ++i) to[i] = fused(weight[i], u[i], to[i]);
-    if constexpr (modes == 3) bent = fused(bend, c[2], bent);
+    if constexpr (modes == 3) of_e = fused(s, c[2], of_e);
   }
 
  private:
@@ -202,7 +202,7 @@ class Sums {
   HWY_INLINE Sums() {
 #pragma GCC unroll 3
     for (int i = 0; i < n; ++i) {
-      bent_[i] = P::zero();
+      of_e_[i] = P::zero();
 #pragma GCC unroll 3
       for (int j = 0; j < n; ++j) sum_[i][j] = P::zero();
     }
@@ -210,16 +210,16 @@ class Sums {
   /// What is at the nodes i along the first axis, by the other one's modes.
   HWY_INLINE void add(const P (&c)[n][3], const AtNodes<n, P>& along_second) {
 #pragma GCC unroll 3
-    for (int i = 0; i < n; ++i) along_second.template add<kModesOfAxis>(c[i], sum_[i], bent_[i]);
+    for (int i = 0; i < n; ++i) along_second.template add<kModesOfAxis>(c[i], sum_[i], of_e_[i]);
   }
   HWY_INLINE void add(int i, int j, P a, P b) { sum_[i][j] = fused(a, b, sum_[i][j]); }
   HWY_INLINE P at(int i, int j) const {
     if constexpr (kModesOfAxis < 3) return sum_[i][j];
-    else return j == 1 ? sum_[i][j] - (bent_[i] + bent_[i]) : sum_[i][j] + bent_[i];
+    else return j == 1 ? sum_[i][j] - (of_e_[i] + of_e_[i]) : sum_[i][j] + of_e_[i];
   }
 
  private:
-  P sum_[n][n], bent_[n];
+  P sum_[n][n], of_e_[n];
 };
 
 /// Calls body(mode of the second axis), which is to make coefficients of the first one's modes for it, and brings them to that one's nodes: at[i][mode].
