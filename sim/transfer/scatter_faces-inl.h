@@ -184,18 +184,11 @@ class SumsOnFaces {
     P own[S::modes], along_first[3][3];
 #pragma GCC unroll 3
     for (int m = 0; m < S::modes; ++m) own[m] = P::load(rows.row(kOwn + m, at));
-    spread_along_first<3, S::count>(first, along_first, [&](auto b, P (&along_own)[3]) SIM_LANES_INLINED {
-      for_each_number<modes_beside<S::count>(b)>([&](auto a) SIM_LANES_INLINED {
-        for_each_number<S::modes>([&](auto m) SIM_LANES_INLINED {
-          if constexpr (keeps<S::count>(m, a, b)) {
-            const P number = P::same_lines(c + Turned::place(m, a, b));
-            if constexpr (m > 0) along_own[a] = fused(number.without_last(), own[m], along_own[a]);
-            else if constexpr (a + b > 0) along_own[a] = number.without_last() * own[m];
-            else along_own[a] = number.template with<0b1000>(P::all(1.0f)) * own[m];   // a mass of its own
-          }
-        });
-      });
-    });
+    spread<3, S::count>(own, first, along_first, [&](auto m, auto a, auto b) SIM_LANES_INLINED {
+      const P three = P::same_lines(c + Turned::place(m, a, b));
+      if constexpr (m + a + b > 0) return three.without_last();
+      else return three.template with<0b1000>(P::all(1.0f));   // a mass of its own
+    }, [](auto, P (&)[3]) SIM_LANES_INLINED {});
     momentum_.add(along_first, second);
     const Pairs pairs = Pairs::load(rows.row(kPairs, at));
 #pragma GCC unroll 3

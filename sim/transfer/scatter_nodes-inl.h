@@ -39,43 +39,30 @@ class SumsOnNodes {
 
   /// A particle by its number among the staged ones, its coefficients and its stress.
   HWY_INLINE void add(const Rows& rows, std::uint32_t at, const float* c, const float* stress) {
-    P z[3], along_y[S::n][3];
+    P z[S::modes], along_y[S::n][3];
     z[0] = P::whole_lines(rows.row(kWeights, at) + 8);
     if constexpr (S::modes > 1) z[0] = z[0].without_fourth_line(), z[1] = P::whole_lines(rows.row(kFirst, at) + 8);
     if constexpr (S::modes > 2) z[2] = P::same_lines(rows.row(kS, at) + 8) * P::load(kOuterLess2Middle);
     const AtNodes<S::n, P> y = at_nodes(rows, at, 1), x = at_nodes(rows, at, 0);
-    spread_along_first<S::n, S::count>(y, along_y, [&](auto a, P (&along_z)[3]) SIM_LANES_INLINED {
-      for_each_number<modes_beside<S::count>(a)>([&](auto b) SIM_LANES_INLINED {
-        for_each_number<S::modes>([&](auto m) SIM_LANES_INLINED {
-          if constexpr (keeps<S::count>(a, b, m)) {
-            const P number = coefficients(c, kNumber<S::count>.of[a][b][m]);
-            if constexpr (m == 0) along_z[b] = number * z[m];
-            else along_z[b] = fused(number, z[m], along_z[b]);
-          }
-        });
-      });
-      if constexpr (stressed && a == 0) {
-        const P slopes = P::whole_lines(rows.row(kSlopes, at) + 8);
-        const P last = P::same_lines(stress + 2);   // xz yy yz zz
-        along_z[0] = fused(last.template with<0b0010>(last.moved_up()).without_first(), slopes, along_z[0]);
-      }
+    spread<S::n, S::count>(z, y, along_y, [&](int m, int a, int b) SIM_LANES_INLINED { return coefficients(c, kNumber<S::count>.of[b][a][m]); },
+                           [&](auto b, P (&along_z)[3]) SIM_LANES_INLINED {
+      if constexpr (stressed && b == 0) along_z[0] = fused(column<2>(stress), P::whole_lines(rows.row(kSlopes, at) + 8), along_z[0]);
     });
     if constexpr (stressed) {
-      const P first = P::same_lines(stress), last = P::same_lines(stress + 2);   // xx xy xz yy, xz yy yz zz
-      const P column_y = last.moved_up().template with<0b0010>(first).without_first() * z[0];
+      const P of_y = column<1>(stress) * z[0];
       const float* const slope_y = rows.row(kSlopes, at) + 4;
 #pragma GCC unroll 3
-      for (int j = 0; j < S::n; ++j) along_y[j][0] = fused(P::all(slope_y[j]), column_y, along_y[j][0]);
+      for (int j = 0; j < S::n; ++j) along_y[j][0] = fused(P::all(slope_y[j]), of_y, along_y[j][0]);
     }
     sums_.add(along_y, x);
     if constexpr (stressed) {
-      const P column_x = P::same_lines(stress).moved_up().without_first() * z[0];
+      const P of_x = column<0>(stress) * z[0];
       const float* const slope_x = rows.row(kSlopes, at);
 #pragma GCC unroll 3
       for (int j = 0; j < S::n; ++j) {
-        const P column = y.weight[j] * column_x;
+        const P at_j = y.weight[j] * of_x;
 #pragma GCC unroll 3
-        for (int i = 0; i < S::n; ++i) sums_.add(j, i, P::all(slope_x[i]), column);
+        for (int i = 0; i < S::n; ++i) sums_.add(j, i, P::all(slope_x[i]), at_j);
       }
     }
   }
@@ -106,6 +93,15 @@ class SumsOnNodes {
     const P one = P::all(1.0f);
     if constexpr (S::count > 1) return P::same_lines(c).moved_up().template with<0b0001>(one);
     else return one.template with<0b0010>(P::all(c[0])).template with<0b0100>(P::all(c[1])).template with<0b1000>(P::all(c[2]));
+  }
+
+  /// Of a stress, xx xy xz yy yz zz, behind a mass of 0.
+  template <int axis>
+  HWY_INLINE static P column(const float* stress) {
+    const P first = P::same_lines(stress), last = P::same_lines(stress + 2);   // xx xy xz yy, xz yy yz zz
+    if constexpr (axis == 0) return first.moved_up().without_first();
+    else if constexpr (axis == 1) return last.moved_up().template with<0b0010>(first).without_first();
+    else return last.template with<0b0010>(last.moved_up()).without_first();
   }
 
   Sums<S::n, S::count, P> sums_;

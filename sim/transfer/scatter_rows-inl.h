@@ -222,13 +222,21 @@ class Sums {
   P sum_[n][n], of_e_[n];
 };
 
-/// Calls body(mode of the second axis), which is to make coefficients of the first one's modes for it, and brings them to that one's nodes: at[i][mode].
-template <int n, int count, class P, class Body>
-HWY_INLINE void spread_along_first(const AtNodes<n, P>& along_first, P (&at)[n][3], const Body& body) {
-  for_each_number<modes_beside<count>(0)>([&](auto mode) SIM_LANES_INLINED {
-    P c[3];
-    body(mode, c);
-    along_first.template spread<modes_beside<count>(mode), mode>(c, at);
+/// Coefficients of all modes, coefficient(m, a, b), to the places of a vector along its own axis, where modes m are own[m], and to the nodes i of the
+/// first axis, its modes being a: at[i][b]. more(b, of[a]) may add to what is along the own axis.
+template <int n, int count, class P, int modes, class Coefficient, class More>
+HWY_INLINE void spread(const P (&own)[modes], const AtNodes<n, P>& along_first, P (&at)[n][3], const Coefficient& coefficient, const More& more) {
+  for_each_number<modes>([&](auto b) SIM_LANES_INLINED {
+    P along_own[3];
+    for_each_number<modes_beside<count>(b)>([&](auto a) SIM_LANES_INLINED {
+      for_each_number<modes>([&](auto m) SIM_LANES_INLINED {
+        if constexpr (!keeps<count>(m, a, b)) return;
+        else if constexpr (m == 0) along_own[a] = coefficient(m, a, b) * own[m];
+        else along_own[a] = fused(coefficient(m, a, b), own[m], along_own[a]);
+      });
+    });
+    more(b, along_own);
+    along_first.template spread<modes_beside<count>(b), b>(along_own, at);
   });
 }
 
