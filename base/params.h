@@ -109,7 +109,12 @@ class Params {
     map_of(name, meaning, [&](const std::string& entry, Params& p) { entries[entry].params(p); });
   }
 
-  /// True where keys under `condition` apply; a visitor that describes all keys sees every branch.
+  /// Keys that apply only where `condition` holds. `needs` puts it into words for whoever sets one elsewhere: "kind = \"area\"". A visitor that
+  /// describes all keys calls every `keys`, whatever the condition.
+  virtual void where(bool condition, std::string_view /*needs*/, const std::function<void()>& keys) {
+    if (condition) keys();
+  }
+  /// The same, where words would say nothing: what is not in there has a reason of its own (without).
   virtual bool when(bool condition) { return condition; }
   /// A table that has no effect here: a reader that meets it complains with `reason`.
   virtual void without(std::string_view /*table*/, std::string_view /*reason*/) {}

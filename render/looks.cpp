@@ -13,27 +13,31 @@ constexpr std::string_view kDrawn[] = {"surface", "grains"};
 void Look::params(base::Params& p) {
   p("model", model, "how the surface scatters light", trace::kModels);
   const bool coats = model == "coated" || model == "translucent";
-  if (p.when(model != "dielectric"))
+  p.where(model != "dielectric", "a model other than \"dielectric\", which has absorption", [&] {
     p("color", color, "1", "albedo, scene-linear Rec.709; of a conductor: reflectance straight on; of what is emissive: radiance",
       base::within(0, 1));
-  if (p.when(coats || model == "dielectric" || model == "conductor"))
-    p("roughness", roughness, "1", "0 a mirror or clear, 1 as dull as can be", base::within(0, 1));
-  if (p.when(model == "dielectric")) {
+  });
+  p.where(coats || model == "dielectric" || model == "conductor", "model = \"dielectric\", \"conductor\", \"coated\" or \"translucent\"",
+          [&] { p("roughness", roughness, "1", "0 a mirror or clear, 1 as dull as can be", base::within(0, 1)); });
+  p.where(model == "dielectric", "model = \"dielectric\"", [&] {
     p("ior", ior, "1", "index of refraction", base::within(1, 4));
     p("absorption", absorption, "1/m", "absorption of red, green and blue", base::at_least(0));
     p("scattering", scattering, "1/m", "how often light is scattered inside: milkiness", base::at_least(0));
     p("priority", priority, "1", "where two dielectrics overlap the one of higher priority is; of equals the solid, or the later collider",
       base::within(-1000, 1000));
-  }
-  if (p.when(model == "conductor")) p("edge", edge, "1", "tint of what it reflects at 82 degrees", base::within(0, 1));
-  if (p.when(coats)) p("coat", coat, "1", "index of refraction of a coat around the body; 1 is none", base::within(1, 4));
-  if (p.when(model == "translucent")) p("depth", depth, "m", "how far light goes in it before it is scattered", base::above(0));
-  if (p.when(model == "emissive")) p("intensity", intensity, "1", "radiance that the colour is multiplied with", base::at_least(0));
+  });
+  p.where(model == "conductor", "model = \"conductor\"", [&] { p("edge", edge, "1", "tint of what it reflects at 82 degrees", base::within(0, 1)); });
+  p.where(coats, "model = \"coated\" or \"translucent\"",
+          [&] { p("coat", coat, "1", "index of refraction of a coat around the body; 1 is none", base::within(1, 4)); });
+  p.where(model == "translucent", "model = \"translucent\"",
+          [&] { p("depth", depth, "m", "how far light goes in it before it is scattered", base::above(0)); });
+  p.where(model == "emissive", "model = \"emissive\"",
+          [&] { p("intensity", intensity, "1", "radiance that the colour is multiplied with", base::at_least(0)); });
   p("draw", draw, "of a body: its surface, or every particle as a ball", kDrawn);
-  if (p.when(draw == "grains")) {
+  p.where(draw == "grains", "draw = \"grains\"", [&] {
     p("grain_size", grain_size, "1", "radius of a grain, in those of a ball of the particle's volume", base::above(0));
     p("grain_variation", grain_variation, "1", "share by which grains are lighter or darker than the colour", base::within(0, 1));
-  }
+  });
 }
 
 // Water: pure water takes 0.34, 0.06 and 0.01 of a metre's red, green and blue; a tank of a metre or two shows its colour only when

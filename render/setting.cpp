@@ -95,25 +95,25 @@ void Light::params(base::Params& p) {
   p("color", color, "1", "scene-linear Rec.709; of a sky: at the zenith; of an environment: tint", base::at_least(0));
   p("intensity", intensity, "1", "radiance that the colour is multiplied with; of a sun: what it gives a white surface that faces it",
     base::at_least(0));
-  if (p.when(kind == "area" || kind == "sphere")) p("position", position, "m", "its middle");
-  if (p.when(kind == "area")) {
+  p.where(kind == "area" || kind == "sphere", "kind = \"area\" or \"sphere\"", [&] { p("position", position, "m", "its middle"); });
+  p.where(kind == "area", "kind = \"area\"", [&] {
     p("target", target, "m", "point that it faces");
     p("width", width, "m", "horizontal side", base::above(0));
     p("height", height, "m", "other side", base::above(0));
     p.require((target - position).norm() > 1e-6, "target", "must not be the light's position");
-  }
-  if (p.when(kind == "sphere")) p("radius", radius, "m", "of the sphere", base::above(0));
-  if (p.when(kind == "sun")) {
+  });
+  p.where(kind == "sphere", "kind = \"sphere\"", [&] { p("radius", radius, "m", "of the sphere", base::above(0)); });
+  p.where(kind == "sun", "kind = \"sun\"", [&] {
     p("direction", direction, "1", "the way its light goes");
     p("angle", angle, "degrees", "angular diameter: how soft its shadows are", base::within(0.05, 90));
     p.require(direction.norm() > 1e-6, "direction", "must not be zero");
-  }
-  if (p.when(kind == "sky")) p("horizon", horizon, "1", "colour at the horizon and below", base::at_least(0));
-  if (p.when(kind == "environment")) {
+  });
+  p.where(kind == "sky", "kind = \"sky\"", [&] { p("horizon", horizon, "1", "colour at the horizon and below", base::at_least(0)); });
+  p.where(kind == "environment", "kind = \"environment\"", [&] {
     p("file", file, "lat-long picture (EXR, HDR, or one as displayed), relative to the shot; its middle is seen towards +y");
     p("rotation", rotation, "degrees", "turns it about z, clockwise seen from above");
     p.require(!file.empty(), "file", "an environment needs a picture");
-  }
+  });
 }
 
 std::vector<Light> default_lights(const base::Box& domain) {

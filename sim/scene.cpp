@@ -29,6 +29,7 @@ constexpr std::array kCarryNames{"fixed"sv, "limited"sv, "hybrid"sv};
 constexpr std::array kSideNames{"open"sv, "slip"sv, "periodic"sv, "sticky"sv, "separating"sv};
 constexpr std::array kSides{Side::open, Side::slip, Side::periodic, Side::sticky, Side::separating};
 constexpr std::array kContactNames{"sticky"sv, "slip"sv, "separating"sv};
+constexpr auto kOfSolids = "sim.solver = \"solid\""sv, kOfLiquids = "sim.solver = \"fluid\""sv;
 constexpr auto kNoLook = "has no effect in two dimensions: points are drawn, coloured as [preview] says"sv;
 constexpr std::array kSideKeys{std::array{"x_lower"sv, "x_upper"sv}, std::array{"y_lower"sv, "y_upper"sv}, std::array{"z_lower"sv, "z_upper"sv}};
 constexpr int kFewestPeriodicCells = 4;
@@ -184,18 +185,19 @@ void Body::params(base::Params& p) {
   p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"",
                     [&](base::Params& q) {
                       solid = preset_material(is_solid ? material : material_presets().front());   // whoever describes sees a solid's
+                      const bool liquid = material == kMaterialNames.front();
                       if (q.when(!is_solid)) q("density", is_solid ? solid.density : density, "kg/m^3", "mass per volume", base::above(0));
-                      if (q.when(is_solid || material != kMaterialNames.front())) solid.params(q);
+                      q.where(is_solid || !liquid, kOfSolids, [&] { solid.params(q); });
                     });
   p.require(is_solid || material == kMaterialNames.front(), "material", fmt::format("\"{}\" needs sim.solver = \"solid\"", material));
   p("velocity", velocity, "m/s", "velocity at the first frame");
-  if (p.when(is_solid)) {
+  p.where(is_solid, kOfSolids, [&] {
     if (p.vector_size() == 3) p("spin", spin, "rad/s", "turning at the first frame, about the body's middle");
     else p("spin", spin.z(), "rad/s", "turning at the first frame, about the body's middle");
     p("transfer", transfer, "what this body's particles carry; unset: sim.transfer", kTransferNames);
     p.count_or_name({"modes", "1", "modes of this body's particles, with transfer = \"polypic\"", {}, kModeSetNames, "sim.modes"}, modes);
     p("carry", carry, "how this body's coefficients reach the next step; unset: sim.carry", kCarryNames);
-  }
+  });
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the body in pictures; unset: the look named as the material");
   else p.without("look", kNoLook);
 }
@@ -218,11 +220,12 @@ void Source::params(base::Params& p) {
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
   p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, false); });
-  if (p.when(!meets_solids)) p("velocity", velocity, "m/s", "velocity of the solid, the same at all times");
-  if (p.when(meets_solids)) {
+  p.where(!meets_solids, kOfLiquids, [&] { p("velocity", velocity, "m/s", "velocity of the solid, the same at all times"); });
+  p.where(meets_solids, kOfSolids, [&] {
     p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
-    if (p.when(contact == Contact::separating)) p("friction", friction, "1", "Coulomb's coefficient of friction", base::at_least(0));
-  }
+    p.where(contact == Contact::separating, "contact = \"separating\"",
+            [&] { p("friction", friction, "1", "Coulomb's coefficient of friction", base::at_least(0)); });
+  });
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the solid in pictures");
   else p.without("look", kNoLook);
 }
@@ -234,7 +237,8 @@ void Effect::params(base::Params& p) {
 
 void Write::params(base::Params& p, bool is_solid) {
   p("pressure", pressure, "pressure [Pa]; of a liquid the mean over the last step, 0 at the first frame");
-  if (p.when(is_solid)) p("strain", strain, "equivalent elastic strain [1]: of what is left of the logarithmic strain without its part in volume");
+  p.where(is_solid, kOfSolids,
+          [&] { p("strain", strain, "equivalent elastic strain [1]: of what is left of the logarithmic strain without its part in volume"); });
   p("mode_energy", mode_energy, "energy in a particle's modes above the constant [J/kg]");
 }
 
@@ -253,11 +257,14 @@ void Options::params(base::Params& p) {
     const bool fluid = q.when(!is_solid()), solid = q.when(is_solid());   // whoever describes sees both
     const std::size_t first = fluid ? 0 : 1, count = (solid ? kSides.size() : 3) - first;
     for (int a = 0; a < 3; ++a)
-      for (std::size_t side = 0; side < 2 && q.when(a < dimension); ++side)
-        q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], std::span(kSideNames).subspan(first, count),
-                 std::span<const Side>(kSides).subspan(first, count),
-                 "a wall (liquids slip along it), one with the side across, or open: liquids flow out into air");
-    if (q.when(is_solid())) q("friction", wall_friction, "1", "Coulomb's coefficient of friction of separating sides", base::at_least(0));
+      q.where(a < dimension, a < 2 ? "" : "sim.dimension = 3", [&] {
+        for (std::size_t side = 0; side < 2; ++side)
+          q.choice(kSideKeys[std::size_t(a)][side], boundary[std::size_t(a)][side], std::span(kSideNames).subspan(first, count),
+                   std::span<const Side>(kSides).subspan(first, count),
+                   "a wall (liquids slip along it), one with the side across, or open: liquids flow out into air");
+      });
+    q.where(is_solid(), kOfSolids,
+            [&] { q("friction", wall_friction, "1", "Coulomb's coefficient of friction of separating sides", base::at_least(0)); });
   });
   p("particles_per_cell", particles_per_cell, "1",
     "particles seeded in a full cell: 1, 8, 27 or 64; in two dimensions 1, 4, 9 or 16, and 4 when unset", base::within(1, 64));
@@ -266,16 +273,18 @@ void Options::params(base::Params& p) {
   p.count_or_name({"modes", "1", "polynomial modes a particle carries, with transfer = \"polypic\": a prefix count or a named set",
                    {}, kModeSetNames, "full"}, modes);
   p("cfl", cfl, "1", "cells that the fastest particle may cross in a sub-step; of solids 1.9 at most", base::within(0.05, is_solid() ? 1.9 : 4));
-  if (p.when(is_solid()))
+  p.where(is_solid(), kOfSolids, [&] {
     p("sound_cfl", sound_cfl, "1", "cells that sound may cross in a sub-step; single particles and what is strongly stretched get two thirds",
       base::within(0.01, 0.45));
+  });
   p("seed", seed, "1", "seed of the particles' jitter", base::at_least(0));
   p.choice("seeding", seeding, kSeedingNames, "where particles start within a cell");
   p("flip_time", flip_time, "s", "time constant of the decay to PIC, with transfer = \"flip\"", base::above(0),
     "49.75 cells at the speed of a fall through the domain");
-  if (p.when(!is_solid())) p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1));
+  p.where(!is_solid(), kOfLiquids,
+          [&] { p("pressure_tolerance", pressure_tolerance, "1", "relative residual of the pressure solve", base::between(0, 1)); });
   p.choice("precision", precision, kPrecisionNames, "floating point type of particles and grid");
-  if (p.when(!is_solid())) {
+  p.where(!is_solid(), kOfLiquids, [&] {
     p.choice("splitting", splitting, kSplittingNames,
              "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time");
     p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
@@ -286,7 +295,7 @@ void Options::params(base::Params& p) {
       "part of what the liquid's inside has become denser or thinner that a step takes back by shifting particles; "
       "0: none, as when unset and all sides are periodic",
       base::within(0, 1));
-  }
+  });
   p.choice("carry", carry, kCarryNames,
            "how coefficients reach the next step: as they are, with those that bend scaled so that none gains energy, "
            "or that only beside light faces");

@@ -10,14 +10,14 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
   p("box", box, "m", "two opposite corners of a box", "not a box");
   double angle = 0;
   std::optional<base::Vec3> axis;
-  if (p.when(box.has_value())) {
+  p.where(box.has_value(), "a box", [&] {
     p("angle", angle, "degrees", "turn of the box about its middle", base::within(-360, 360));
-    if (p.when(p.vector_size() == 3))
-      p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip", "[0, 0, 1]");
+    p.where(p.vector_size() == 3, "sim.dimension = 3",
+            [&] { p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip", "[0, 0, 1]"); });
     p.require(!axis || axis->norm() > 1e-9, "axis", "must not be zero");
     p.require(!axis || angle != 0, "axis", "turns nothing without an angle");
     turn_by(angle, axis.value_or(base::Vec3::UnitZ()));
-  }
+  });
   Sphere round = sphere.value_or(Sphere{});
   const bool is_sphere = p.table("sphere", "a ball", [&](base::Params& q) {
     q("center", round.center, "m", "centre of the sphere");

@@ -101,6 +101,55 @@ TEST(FluidSources, AChannelFlowsAsItsSourceDoes) {
     }
 }
 
+// Whatever particles carry, and where the sides across go on at the other one: the same channel, without walls along it, at the pressure of none.
+TEST(FluidSources, AChannelOfAnyTransferFlowsBetweenPeriodicSides) {
+  for (const int dimension : {2, 3})
+    for (const Transfer transfer : {Transfer::pic, Transfer::flip, Transfer::apic, Transfer::polypic})
+      for (const Kernel kernel : {Kernel::linear, Kernel::quadratic}) {
+        Scene scene = room(dimension);
+        Options& o = scene.options;
+        o.boundary[0][1] = Side::open;
+        for (int a = 1; a < dimension; ++a) o.boundary[std::size_t(a)] = {Side::periodic, Side::periodic};
+        o.transfer = transfer, o.kernel = kernel, o.write.pressure = true;
+        const Vec3 speed(0.5, 0.31, 0), end = o.domain.upper;
+        scene.sources = {source({Vec3::Zero(), Vec3(0.1, end.y(), end.z())}, speed)};
+        scene.bodies = {water({Vec3(0.1, 0, 0), end}, speed)};
+        const auto simulation = make_simulation(scene, 10);
+        const std::int64_t column = simulation->totals().particles / 20;
+        base::Ledger ledger;
+        for (int f = 0; f < 4; ++f) {
+          simulation->advance(ledger, {});
+          ASSERT_EQ(simulation->totals().poured, column) << dimension << int(transfer) << int(kernel);
+          ASSERT_EQ(simulation->totals().left, column) << dimension << int(transfer) << int(kernel);
+        }
+        const Frame frame = simulation->frame();
+        for (const base::Vec3f& v : frame.velocity) ASSERT_LE((v.cast<double>() - speed).norm(), 1e-5) << dimension << int(transfer) << int(kernel);
+        ASSERT_EQ(frame.pressure.size(), frame.id.size());
+        for (const float p : frame.pressure) ASSERT_LE(std::abs(p), 0.1);   // 1000 v^2 / 2 is 170 Pa
+      }
+}
+
+// Under a spout the pressure is what weight and jet make it, and of a particle born since the last pressure solve it is a number, too.
+TEST(FluidSources, PressureIsWrittenOfAllThatAreThere) {
+  for (const Splitting splitting : {Splitting::lie, Splitting::reflection}) {
+    Scene scene = tap(3);
+    scene.options.splitting = splitting, scene.options.write.pressure = true;
+    const auto simulation = make_simulation(scene, 24);
+    base::Ledger ledger;
+    for (int f = 0; f < 12; ++f) {
+      simulation->advance(ledger, {});
+      const Frame frame = simulation->frame();
+      ASSERT_EQ(frame.pressure.size(), frame.id.size());
+      double deep = 0, number = 0;
+      for (std::size_t p = 0; p < frame.id.size(); ++p) {
+        ASSERT_TRUE(std::isfinite(frame.pressure[p])) << frame.id[p];
+        if (frame.position[p].z() < 0.05f) deep += double(frame.pressure[p]), ++number;
+      }
+      EXPECT_NEAR(deep / number, 1000 * 9.81 * 0.175, 700) << f;   // of 1720 Pa: splashes come and go
+    }
+  }
+}
+
 // A jet that nothing acts on is a cut-out of a lattice that moves: no particle is born twice or missed, whatever the way the flow takes through cells.
 TEST(FluidSources, AFreeJetIsACutOutOfALatticeThatMoves) {
   for (const int dimension : {2, 3}) {
@@ -172,6 +221,36 @@ TEST(FluidSources, AnyNumberOfThreadsAndARestartGiveTheSameBits) {
     EXPECT_EQ(second->totals().particles, first->totals().particles);
     advance(*second, 3);
     EXPECT_EQ(one, second->totals().state_hash);
+  }
+}
+
+// A step taken back takes back who was born in it: they come again with the same numbers.
+TEST(FluidSources, GoingBackUndoesBirths) {
+  for (const Transfer transfer : {Transfer::flip, Transfer::polypic}) {
+    Scene scene = tap(3);
+    scene.options.transfer = transfer, scene.options.write.pressure = true;
+    const auto hash = [&](bool goes_back) {
+      const auto simulation = make_simulation(scene, 24);
+      base::Ledger ledger;
+      std::int64_t undone = 0;
+      for (int f = 0; f < 4; ++f) {
+        for (double left = simulation->begin_frame(); left > 0;) {
+          if (goes_back) {
+            const auto before = simulation->moment();
+            const std::int64_t particles = simulation->totals().particles;
+            for (double rest = left; rest > 0;) rest = simulation->advance_step(rest, ledger);   // to the frame's end
+            undone += simulation->totals().particles - particles;
+            simulation->go_back(*before);
+            EXPECT_EQ(simulation->totals().particles, particles);
+          }
+          left = simulation->advance_step(left, ledger);
+        }
+        simulation->end_frame(ledger);
+      }
+      EXPECT_EQ(undone > 0, goes_back);
+      return simulation->totals().state_hash;
+    };
+    EXPECT_EQ(hash(false), hash(true)) << int(transfer);
   }
 }
 

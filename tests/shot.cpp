@@ -358,6 +358,9 @@ TEST(Keys, SayDefaultUnitAndRange) {
   EXPECT_EQ(row("body.NAME.velocity").unit, "m/s");
   EXPECT_EQ(row("effect.N.acceleration").default_value, "[0, 0, -9.81]");
   EXPECT_EQ(row("look.NAME.ior").default_value, "1.333");
+  EXPECT_EQ(row("look.NAME.ior").needs, std::vector<std::string>{"model = \"dielectric\""});
+  EXPECT_EQ(row("collider.NAME.friction").needs, (std::vector<std::string>{"sim.solver = \"solid\"", "contact = \"separating\""}));
+  EXPECT_EQ(row("sim.boundary.x_lower").needs, std::vector<std::string>());
 }
 
 // What the listing says a silent shot gets is what a silent shot of each solver gets.

@@ -62,7 +62,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
        "\"clay\", \"dry_sand\", \"wet_sand\", \"snow\" or \"water_mpm\", or a table with preset and keys (did you mean \"water\"?)"},
       {"material = \"jelly\"\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
       {"material = { preset = \"jelly\", young = 2e4 }\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
-      {"material = { preset = \"water\", young = 1 }\n", "x.toml:4:32: body.column.material.young: has no effect with the other values given here"},
+      {"material = { preset = \"water\", young = 1 }\n", "x.toml:4:32: body.column.material.young: needs sim.solver = \"solid\""},
       {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
       {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},
       {"[[body]]\nname = \"b\"\n", "x.toml:4:1: body.b.shape: a body needs a shape"},
@@ -76,7 +76,7 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
       {"[collider]\nname = \"post\"\n", "x.toml:4:1: collider = { name = \"post\" }: must be tables, each under [[collider]]"},
       {"[look]\nwater = \"blue\"\n", "x.toml:5:9: look.water = \"blue\": must be a table"},
       {"[look.water]\nabsorption = [-1, 0, 0]\n", "x.toml:5:14: look.water.absorption = [-1, 0, 0] 1/m: must be at least 0 in each component"},
-      {"[look.water]\ncolor = [1, 0, 0]\n", "x.toml:5:1: look.water.color: has no effect with the other values given here"},
+      {"[look.water]\ncolor = [1, 0, 0]\n", "x.toml:5:1: look.water.color: needs a model other than \"dielectric\", which has absorption"},
       {"[render]\nview = [1, 2]\n", "x.toml:5:8: render.view = [1, 2]: must be \"filmic\" or \"srgb\""},
       {"[surface]\nvel_name = 3\n", "x.toml:5:12: surface.vel_name = 3: must be text in quotes"},
       {"[quality.draft.sim]\ncel = 0.1\n", "x.toml:5:1: quality.draft.sim.cel: unknown key (did you mean quality.draft.sim.cell?)"},
@@ -189,7 +189,7 @@ TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
     {"sim.particles_per_cell=25", "sim.particles_per_cell = 25: must be 1, 4, 9 or 16"},
     {"sim.modes=5", "sim.modes = 5: must be a count from 1 to 4 with the linear kernel in two dimensions, or a named set"},
     {"sim.cell=0.03", "sim.cell = 0.03 m: the domain is no multiple of it; the nearest is 0.030303030303030304 m"},
-    {"sim.boundary={z_lower=\"periodic\"}", "sim.boundary.z_lower: has no effect with the other values given here"},
+    {"sim.boundary={z_lower=\"periodic\"}", "sim.boundary.z_lower: needs sim.dimension = 3"},
   };
   for (const Bad& bad : sets) EXPECT_EQ(line(flat, {bad.text}), "--set " + bad.text + ": " + bad.line);
 }

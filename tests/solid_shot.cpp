@@ -61,7 +61,7 @@ TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
       {"material = { density = 0 }\n", "x.toml:6:24: body.cube.material.density = 0 kg/m^3: must be above 0"},
       {"material = { plasticity = \"snow\" }\n",
        "x.toml:6:27: body.cube.material.plasticity = \"snow\": needs model \"hencky\", or \"fixed_corotated\" for snow"},
-      {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: has no effect with the other values given here"},
+      {"material = { yield_stress = 1 }\n", "x.toml:6:14: body.cube.material.yield_stress: needs plasticity = \"von_mises\""},
       {"material = \"water\"\n",
        "x.toml:6:12: body.cube.material = \"water\": must be \"jelly\", \"rubber\", \"steel\", \"clay\", \"dry_sand\", \"wet_sand\", \"snow\" "
        "or \"water_mpm\", or a table with preset and keys (did you mean \"water_mpm\"?)"},
@@ -74,7 +74,7 @@ TEST_F(SolidShot, IsToldWhatAMaterialCannotBe) {
   for (const auto& [text, expected] : table) EXPECT_EQ(line(kSolid + text), expected) << text;
   EXPECT_EQ(line(kSolid, {"sim.kernel=linear"}),
             "--set sim.kernel=linear: sim.kernel = \"linear\": solids need the quadratic kernel: forces of the linear one jump from cell to cell");
-  EXPECT_EQ(line(kLeast + "spin = [0, 0, 1]\n"), "x.toml:4:1: body.column.spin: has no effect with the other values given here");
+  EXPECT_EQ(line(kLeast + "spin = [0, 0, 1]\n"), "x.toml:4:1: body.column.spin: needs sim.solver = \"solid\"");
 }
 
 // Whether each body gets a surface of its own is the surface stage's business, which looks they have is not.

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -86,6 +88,7 @@ void print_json(const std::vector<KeyRow>& rows) {
         {"allowed", row.allowed}, {"meaning", row.meaning}};
     for (const auto& [name, text] : parts)
       if (!text.empty()) entry[name] = text;
+    if (!row.needs.empty()) entry["needs"] = row.needs;
     out["keys"].push_back(entry);
   }
   std::fputs(document_text(out).c_str(), stdout);
@@ -103,8 +106,9 @@ void print_table(const std::vector<KeyRow>& rows) {
   }
   for (const KeyRow& row : rows) {
     const std::string allowed = row.allowed.empty() ? "" : " (" + row.allowed + ")";
-    std::printf("%-*s  %-*s  %s%s\n", static_cast<int>(key), row.key.c_str(), static_cast<int>(value), with_unit(row).c_str(), row.meaning.c_str(),
-                allowed.c_str());
+    const std::string needs = row.needs.empty() ? "" : fmt::format("; needs {}", fmt::join(row.needs, " and "));
+    std::printf("%-*s  %-*s  %s%s%s\n", static_cast<int>(key), row.key.c_str(), static_cast<int>(value), with_unit(row).c_str(), row.meaning.c_str(),
+                allowed.c_str(), needs.c_str());
   }
 }
 

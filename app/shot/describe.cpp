@@ -34,6 +34,12 @@ class Describer : public base::Params {
       keys(p);
     });
   }
+  void where(bool, std::string_view needs, const std::function<void()>& keys) override {
+    if (needs.empty()) return keys();
+    needs_.emplace_back(needs);
+    keys();
+    needs_.pop_back();
+  }
   bool when(bool) override { return true; }
 
  protected:
@@ -75,10 +81,11 @@ class Describer : public base::Params {
   void add(const base::Key& key, const std::string& value, const std::string& allowed) {
     const std::string full = path_ + std::string(key.name);
     if (std::any_of(rows.begin(), rows.end(), [&](const KeyRow& r) { return r.key == full; })) return;
-    rows.push_back({full, value.empty() ? key.default_text : value, std::string(key.unit), allowed, std::string(key.meaning)});
+    rows.push_back({full, value.empty() ? key.default_text : value, std::string(key.unit), allowed, std::string(key.meaning), needs_});
   }
 
   std::string path_, solver_;
+  std::vector<std::string> needs_;
 };
 
 std::vector<KeyRow> keys_with(const std::string& solver) {
@@ -184,6 +191,12 @@ std::vector<KeyRow> keys_of(const std::string& table, const std::function<void(b
 }
 
 bool is_declared_key(const std::string& key) { return find_row(keys_with("fluid"), key) != nullptr; }
+
+std::vector<std::string> needs_of(const std::string& key) {
+  const std::vector<KeyRow> rows = keys_with("fluid");
+  const KeyRow* row = find_row(rows, key);
+  return row ? row->needs : std::vector<std::string>();
+}
 
 std::string declared_unit(const std::string& key) {
   const std::vector<KeyRow> rows = keys_with("fluid");

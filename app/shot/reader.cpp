@@ -85,7 +85,7 @@ void Reader::finish() {
   complete_ = std::move(root.complete);
 }
 
-void Reader::open(const Node& node, const std::string& path) { scopes_.push_back({&node, path, {}, {}, {}}); }
+void Reader::open(const Node& node, const std::string& path) { scopes_.push_back({&node, path, {}, {}, {}, {}}); }
 
 Reader::Scope Reader::close() {
   Scope closed = std::move(scopes_.back());
@@ -123,6 +123,8 @@ void Reader::complain_unknown(const Scope& table) {
     base::Complaint complaint{.key = table.path + name, .message = "unknown key"};
     if (is_declared_key(complaint.key)) {
       complaint.message = "has no effect with the other values given here";
+      for (const std::string& needs : needs_of(complaint.key))
+        if (table.unmet.contains(needs)) complaint.message = "needs " + needs;
     } else {
       const std::string nearest = base::nearest_word(name, table.declared);
       const std::string elsewhere = declared_key_ending_in(name);
@@ -131,6 +133,11 @@ void Reader::complain_unknown(const Scope& table) {
     }
     wrong_.push_back({false, place.under, complaint_at(place, std::move(complaint))});
   }
+}
+
+void Reader::where(bool condition, std::string_view needs, const std::function<void()>& keys) {
+  if (condition) keys();
+  else scope().unmet.emplace(needs);
 }
 
 void Reader::without(std::string_view table, std::string_view reason) {

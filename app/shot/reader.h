@@ -1,5 +1,6 @@
 #pragma once
 // A visitor that fills declared parameters from a tree and says what is wrong with the tree.
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ class Reader : public base::Params {
   bool table(std::string_view name, std::string_view meaning, const std::function<void(base::Params&)>& keys) override;
   void preset_or_table(std::string_view name, std::string& preset, std::span<const std::string_view> names, std::string_view meaning,
                        const std::function<void(base::Params&)>& keys) override;
+  void where(bool condition, std::string_view needs, const std::function<void()>& keys) override;
   void without(std::string_view table, std::string_view reason) override;
   void require(bool holds, std::string_view key, const std::string& message) override;
 
@@ -53,6 +55,7 @@ class Reader : public base::Params {
     const Node* node;                   // empty table when the shot does not have it
     std::string path;                   // "body.column."
     std::vector<std::string> declared;  // names asked for so far
+    std::set<std::string> unmet;        // what other names of it need
     Node given, complete;
   };
   struct Wrong {

@@ -61,6 +61,7 @@ std::vector<std::filesystem::path> shipped_shots();
 struct KeyRow {
   std::string key;              // "sim.cell", "body.NAME.velocity", "look.NAME.ior"
   std::string default_value, unit, allowed, meaning;
+  std::vector<std::string> needs = {};  // what must hold where it applies: kind = "area"
   std::string default_of_solids = {};   // with sim.solver = "solid"; empty where it is the same
 };
 std::vector<KeyRow> all_keys();

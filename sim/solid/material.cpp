@@ -50,27 +50,28 @@ const Material& preset_material(std::string_view name) {
 void Material::params(base::Params& p) {
   p.choice("model", model, kElasticityNames, "law of elasticity; tait is a liquid that gives way a little");
   p("density", density, "kg/m^3", "mass per volume", base::above(0));
-  if (p.when(model != Elasticity::tait)) {
+  p.where(model != Elasticity::tait, "a model other than \"tait\", which has bulk_modulus", [&] {
     p("young", young, "Pa", "Young's modulus: stiffness; the square root of it sets the number of steps", base::above(0));
     p("poisson", poisson, "1", "Poisson's ratio: how far it thins when it is pulled; near 0.5 it keeps its volume", base::between(-1, 0.5));
     p("volume_averaging", volume_averaging, "against locking near poisson 0.5: changes of volume are averaged over a cell");
-  }
-  if (p.when(model == Elasticity::tait)) p("bulk_modulus", bulk_modulus, "Pa", "pressure per relative change of volume", base::above(0));
+  });
+  p.where(model == Elasticity::tait, "model = \"tait\"",
+          [&] { p("bulk_modulus", bulk_modulus, "Pa", "pressure per relative change of volume", base::above(0)); });
   p.choice("plasticity", plasticity, kPlasticityNames, "what it does beyond its yield stress");
-  if (p.when(plasticity == Plasticity::von_mises)) {
+  p.where(plasticity == Plasticity::von_mises, "plasticity = \"von_mises\"", [&] {
     p("yield_stress", yield_stress, "Pa", "stress in a pulled bar at which it begins to flow", base::above(0));
     p("hardening_modulus", hardening_modulus, "Pa", "what the yield stress grows by per plastic strain", base::at_least(0));
-  }
-  if (p.when(plasticity == Plasticity::drucker_prager)) {
+  });
+  p.where(plasticity == Plasticity::drucker_prager, "plasticity = \"drucker_prager\"", [&] {
     p("friction_angle", friction_angle, "deg", "angle of internal friction", base::within(1, 80));
     p("cohesion", cohesion, "Pa", "what it bears without pressure; 0 for dry grains", base::at_least(0));
-  }
-  if (p.when(plasticity == Plasticity::snow)) {
+  });
+  p.where(plasticity == Plasticity::snow, "plasticity = \"snow\"", [&] {
     p("critical_compression", critical_compression, "1", "compression at which it gives way", base::between(0, 0.5));
     p("critical_stretch", critical_stretch, "1", "stretch at which it breaks", base::between(0, 0.5));
     p("hardening", hardening, "1", "how fast packed snow gets stiffer", base::within(0, 50));
     p("hardening_cap", hardening_cap, "1", "most that packing multiplies, and loosening divides, its stiffness by", base::within(1, 1000));
-  }
+  });
   p.require(model != Elasticity::fixed_corotated || poisson >= 0, "poisson",
             "must be at least 0 with model \"fixed_corotated\", whose energy has no least value below");
   const bool plain = plasticity == Plasticity::none;

@@ -99,22 +99,22 @@ class BlockSums {
 
   /// Calls for the grid's fields, which blocks of a colour leave and come back to.
   static void prefetch(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) {
+    const Fields field = fields_of(grid);
     blocks.template for_tile<kEdge>(block, [&](int, std::size_t at, auto) {
-      for (int l = 0; l < Layout::kLattices; ++l) base::prefetch(&Layout::mass(grid.mass, l)[at]);
-      for (int c = 0; c < (Layout::kLattices == 1 ? 1 : D); ++c) base::prefetch(&Layout::at(grid.velocity, c, at));
+      base::prefetch(field[0] + at);
+#pragma GCC unroll 6
+      for (int f = 1; f < (kTogether ? 2 : kFields); ++f) base::prefetch(field[std::size_t(f)] + (kTogether ? std::size_t(D) * at : at));
     });
   }
   /// Adds to the grid's fields; what lies beyond a periodic side goes to the other one.
   void add_to(typename Layout::Grid& grid, const ActiveBlocks<D>& blocks, const Cell<D>& block) const {
+    const Fields field = fields_of(grid);
     blocks.template for_tile<kEdge>(block, [&](int from, std::size_t to, auto count) {
       if constexpr (kTogether) {
-        add_nodes<D>(&sums_[std::size_t(from * kFields)], count, &Layout::mass(grid.mass, 0)[to], &Layout::at(grid.velocity, 0, to));
+        add_nodes<D>(&sums_[std::size_t(from * kFields)], count, field[0] + to, field[1] + std::size_t(D) * to);
       } else {
-        for (int f = 0; f < kFields; ++f) {
-          Real* const __restrict sum = f < D ? &Layout::mass(grid.mass, f)[to] : &Layout::at(grid.velocity, f - D, to);
-          const Real* const __restrict own = &sums_[std::size_t(f) * kSize + std::size_t(from)];
-          for (int k = 0; k < count; ++k) sum[k] += own[k];
-        }
+#pragma GCC unroll 6
+        for (int f = 0; f < kFields; ++f) add_numbers(&sums_[std::size_t(f) * kSize + std::size_t(from)], count, field[std::size_t(f)] + to);
       }
     });
   }
@@ -126,6 +126,15 @@ class BlockSums {
   static constexpr bool kTogether = Layout::kLattices == 1;    // the numbers of a node
   Real& number(int field, std::ptrdiff_t node) {
     return sums_[kTogether ? std::size_t(node * kFields + field) : std::size_t(field) * kSize + std::size_t(node)];
+  }
+
+  /// The grid's masses by lattice, and its momenta: by component, or of one lattice the first number of all.
+  using Fields = std::array<Real*, std::size_t(kFields)>;
+  static Fields fields_of(typename Layout::Grid& grid) {
+    Fields field{};
+    for (int l = 0; l < Layout::kLattices; ++l) field[std::size_t(l)] = Layout::mass(grid.mass, l).data();
+    for (int c = 0; c < (kTogether ? 1 : D); ++c) field[std::size_t(Layout::kLattices + c)] = &Layout::at(grid.velocity, c, 0);
+    return field;
   }
 
   std::array<Real, kFields * kSize + lanes::kTileSlack> sums_;   // masses by lattice, momenta by component

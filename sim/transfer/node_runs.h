@@ -1,11 +1,32 @@
 #pragma once
-// Nodes of a row: the tile of a block has four numbers each, a mass and three momenta, the grid masses and momenta apart. Four nodes at a time where
-// there are so many, for which the numbers of vectors are put in order.
+// Runs of nodes or faces that follow each other both in a tile and in the grid. A tile has four numbers of a node, a mass and three momenta, the grid
+// masses and momenta apart. Where there are four in a run, their numbers are put in order as vectors.
 #include <immintrin.h>
 
+#include <cstring>
 #include <type_traits>
 
 namespace sim {
+
+/// Whether a run's numbers are one vector: of a length that is known.
+template <class Count>
+constexpr bool kIsVector = false;
+template <int count>
+constexpr bool kIsVector<std::integral_constant<int, count>> = count == 2 || count == 4;
+
+/// Adds a number of each face of a run.
+template <class Real, class Count>
+void add_numbers(const Real* __restrict own, Count count, Real* __restrict sum) {
+  if constexpr (kIsVector<Count>) {
+    typedef Real Numbers __attribute__((vector_size(Count::value * sizeof(Real))));
+    Numbers a, b;
+    std::memcpy(&a, own, sizeof a), std::memcpy(&b, sum, sizeof b);
+    b += a;
+    std::memcpy(sum, &b, sizeof b);
+  } else {
+    for (int k = 0; k < count; ++k) sum[k] += own[k];
+  }
+}
 
 /// Adds masses and momenta of `count` nodes of a tile (D + 1 numbers each) to the grid's.
 template <int D, class Real, class Count>

@@ -68,8 +68,9 @@ HWY_INLINE void add_particles(const Ahead<S, stressed>& made, std::uint32_t p, s
     if (block.row) {
       const std::size_t ahead = block.row[p + kAhead < last ? p + kAhead : last];
       prefetch_row<S>(block.coefficients + ahead * S::kRow);
-      if constexpr (S::kRow >= kLongRow) {   // a particle would wait for its lines one by one
-        constexpr std::uint32_t near_by = kNear + SumsOf<S, stressed>::kReadAhead;
+      constexpr std::uint32_t read_ahead = SumsOf<S, stressed>::kReadAhead;
+      if constexpr (S::kRow >= kLongRow || read_ahead > 0) {   // a particle would wait for its lines one by one, what is made ahead for each row
+        constexpr std::uint32_t near_by = kNear + read_ahead;
         const std::size_t near = block.row[p + near_by < last ? p + near_by : last];
         prefetch_row<S>(block.coefficients + near * S::kRow, [](const char* line) SIM_LANES_INLINED { base::prefetch_near(line); });
       }

@@ -2,6 +2,7 @@
 // Dense copies of what lies around one block, for passes that go through its particles.
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "sim/transfer/blocks.h"
 #include "sim/transfer/node_runs.h"
@@ -14,15 +15,13 @@ template <class Layout, int kTile, int kBefore = 1>
 void load_tile(const ActiveBlocks<Layout::kDimension>& blocks, const Cell<Layout::kDimension>& block, const typename Layout::Field& field,
                typename Layout::Real* tile) {
   constexpr int D = Layout::kDimension, places = int_power(kTile, D);
+  std::array<const typename Layout::Real*, std::size_t(Layout::kLattices)> values{};
+  for (int l = 0; l < Layout::kLattices; ++l) values[std::size_t(l)] = &Layout::at(field, l, 0);
   blocks.template for_tile<kTile, kBefore>(block, [&](int to, std::size_t from, auto count) {
     if constexpr (Layout::kLattices == 1) {
-      split_components<D>(&Layout::at(field, 0, from), count, tile + to, places);
+      split_components<D>(values[0] + std::size_t(D) * from, count, tile + to, places);
     } else {
-      for (int c = 0; c < D; ++c) {
-        const auto* const __restrict value = &Layout::at(field, c, from);
-        auto* const __restrict own = &tile[c * places + to];
-        for (int k = 0; k < count; ++k) own[k] = value[k];
-      }
+      for (int c = 0; c < D; ++c) std::memcpy(tile + c * places + to, values[std::size_t(c)] + from, std::size_t(count) * sizeof(*tile));
     }
   });
 }
