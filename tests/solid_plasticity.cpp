@@ -171,6 +171,31 @@ TEST(SolidPlasticity, SandThatIsPulledAndPushedBackHasItsVolumeAgain) {
   EXPECT_NEAR(state, 0, 1e-12);
 }
 
+// Pulled and pushed in turn it does not swell: what it was pulled apart by closes before it bears, and then it bears the rest.
+TEST(SolidPlasticity, SnowGivesVolumeBackBeforeItIsPushed) {
+  double state = 0;
+  for (int n = 0; n < 100; ++n) {
+    Principal<double, 3> s{0.02, 0.02, 0.02};
+    ASSERT_TRUE((kSnow.project<double, 3>(kLame, s, state)));
+    const double gap = std::pow(1.02 / (1 + kSnow.critical_stretch), 3);
+    ASSERT_NEAR(state, gap - 1, 1e-12);
+    s = {-0.001, -0.001, -0.001};
+    ASSERT_TRUE((kSnow.project<double, 3>(kLame, s, state)));
+    for (const double one : s) ASSERT_NEAR(one, 0, 1e-15);   // a gap that is still open bears nothing
+    ASSERT_NEAR(state, gap * std::pow(0.999, 3) - 1, 1e-12);
+    s = {-0.02, -0.02, -0.02};
+    ASSERT_TRUE((kSnow.project<double, 3>(kLame, s, state)));
+    for (const double one : s) ASSERT_NEAR(one, 0.98 * 0.999 * std::cbrt(gap) - 1, 1e-12);
+    ASSERT_NEAR(state, 0, 1e-12);
+  }
+  Principal<double, 3> sheared{0.03, 0, -0.02};   // drawn along one axis, pushed along another: that is flow, the third one has no part in it
+  ASSERT_TRUE((kSnow.project<double, 3>(kLame, sheared, state)));
+  EXPECT_EQ(sheared[1], 0);
+  EXPECT_NEAR(sheared[0], kSnow.critical_stretch, 1e-15);
+  EXPECT_NEAR(sheared[2], 0, 1e-15);
+  EXPECT_NEAR(state, 1.03 / (1 + kSnow.critical_stretch) * 0.98 - 1, 1e-12);
+}
+
 TEST(SolidPlasticity, SnowHardensWhenItIsCompressedAndTheHardeningIsCapped) {
   Principal<double, 3> s{0, 0, -0.1};
   double state = 0;
