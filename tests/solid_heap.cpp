@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <utility>
 
 #include "tests/solid_scenes.h"
 
@@ -121,6 +123,31 @@ double bulk_after_flight(bool forgets, double& highest) {
   return middle() / start;
 }
 
+/// How many particles the cell of one of them holds, in the mean over all, when two balls of snow have met in the air, fallen to the floor and lie there,
+/// over that at first.
+double packing_after_fall() {
+  constexpr double kCell = 0.0125;
+  Scene scene = walled_scene(2, 1.2, kCell);
+  scene.options.modes.name = "multilinear";
+  scene.options.wall_friction = 0.5;
+  scene.bodies = {ball({0.28, 0.42, 0}, 0.11, preset_material("snow")), ball({0.92, 0.44, 0}, 0.09, preset_material("snow"))};
+  scene.bodies[0].velocity = {4, 1, 0}, scene.bodies[1].velocity = {-4, 1, 0};
+  scene.bodies[1].name = "other";
+  scene.effects = {{"gravity", {0, -9.81, 0}}};
+  const auto simulation = make_simulation(scene, 2);
+  const auto packing = [&] {
+    std::map<std::pair<int, int>, double> number;
+    const Frame frame = simulation->frame();
+    for (const base::Vec3f& x : frame.position) ++number[{int(double(x.x()) / kCell), int(double(x.y()) / kCell)}];
+    double sum = 0;
+    for (const auto& [cell, n] : number) sum += n * n / double(frame.position.size());
+    return sum;
+  };
+  const double start = packing();
+  run(*simulation, 2);
+  return packing() / start;
+}
+
 }  // namespace
 
 TEST(SolidHeap, ALayerOfSandStaysBelowTheSlopeOfItsLawAndRunsAboveIt) {
@@ -152,4 +179,13 @@ TEST(SolidHeap, ShakenSandFillsTheRoomItHadBecauseItRemembersWhatItGained) {
   EXPECT_LT(bulk, 1.03);
   EXPECT_GT(bulk, 0.97);
   EXPECT_GT(forgotten, 1.05);
+}
+
+// An impact packs snow. Its waves pull and push in turn, though: snow that did not close its gaps before it is pushed would lie there as loose as it was
+// (1.00), in three dimensions as crumbs (sim/solid/snow.h).
+TEST(SolidHeap, SnowThatFellIsPacked) {
+  const double packing = packing_after_fall();
+  std::printf("snow that fell is %.2f times as dense as it was\n", packing);
+  EXPECT_GE(packing, 1.08);
+  EXPECT_LE(packing, 1.5);
 }
