@@ -185,9 +185,8 @@ void Body::params(base::Params& p) {
   p.preset_or_table("material", material, presets, "what the body is made of: water is a fluid, everything else needs sim.solver = \"solid\"",
                     [&](base::Params& q) {
                       solid = preset_material(is_solid ? material : material_presets().front());   // whoever describes sees a solid's
-                      const bool liquid = material == kMaterialNames.front();
                       if (q.when(!is_solid)) q("density", is_solid ? solid.density : density, "kg/m^3", "mass per volume", base::above(0));
-                      q.where(is_solid || !liquid, kOfSolids, [&] { solid.params(q); });
+                      q.where(is_solid, kOfSolids, [&] { solid.params(q); });
                     });
   p.require(is_solid || material == kMaterialNames.front(), "material", fmt::format("\"{}\" needs sim.solver = \"solid\"", material));
   p("velocity", velocity, "m/s", "velocity at the first frame");
@@ -361,8 +360,8 @@ void Scene::params(base::Params& p) {
   Collider collider;
   body.is_solid = collider.meets_solids = options.is_solid();
   p.list("body", bodies, "material at the first frame", body);
-  if (p.when(!options.is_solid())) p.list("source", sources, "where liquid pours in");
-  else p.without("source", "needs sim.solver = \"fluid\": only liquids pour");
+  p.where(!options.is_solid(), kOfLiquids, [&] { p.list("source", sources, "where liquid pours in"); });
+  if (options.is_solid()) p.without("source", "needs sim.solver = \"fluid\": only liquids pour");
   p.list("collider", colliders, "solids in the way", collider);
   p.list("effect", effects, "what acts; nothing acts unless it is named",
          options.dimension == 2 ? Effect{.acceleration = base::Vec3(0, -9.81, 0)} : Effect{});

@@ -61,7 +61,10 @@ TEST_F(BadShot, IsToldWithPlaceKeyValueAndWhatIsAllowed) {
        "x.toml:4:12: body.column.material = \"watr\": must be \"water\", \"jelly\", \"rubber\", \"steel\", "
        "\"clay\", \"dry_sand\", \"wet_sand\", \"snow\" or \"water_mpm\", or a table with preset and keys (did you mean \"water\"?)"},
       {"material = \"jelly\"\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
-      {"material = { preset = \"jelly\", young = 2e4 }\n", "x.toml:4:12: body.column.material: \"jelly\" needs sim.solver = \"solid\""},
+      {"material = { preset = \"jelly\", young = 2e4 }\n", "x.toml:4:32: body.column.material.young: needs sim.solver = \"solid\""},
+      {"[look.a]\nroughness = 0.1\nmodel = \"difuse\"\n",   // what makes it useless is what is wrong
+       "x.toml:6:9: look.a.model = \"difuse\": must be \"diffuse\", \"dielectric\", \"conductor\", \"coated\", \"translucent\" or \"emissive\" "
+       "(did you mean \"diffuse\"?)"},
       {"material = { preset = \"water\", young = 1 }\n", "x.toml:4:32: body.column.material.young: needs sim.solver = \"solid\""},
       {"[[body]]\nname = \"column\"\n", "x.toml:5:8: body.2.name = \"column\": must be unique"},
       {"[[body]]\nname = \"2\"\n", "x.toml:5:8: body.2.name = \"2\": must be letters, digits, _ or -, and begin with a letter"},

@@ -109,7 +109,7 @@ void Reader::complain(const base::Key& key, const Node& value, const std::string
   if (wrong_.size() >= kMostWrong) return;
   base::Complaint complaint{.key = scope().path + std::string(key.name), .value = with_unit(value, key.unit),
                             .allowed = "must be " + allowed, .hint = hint};
-  wrong_.push_back({false, value.origin.under, complaint_at(value.origin, std::move(complaint))});
+  wrong_.push_back({Wrong::What::value, value.origin.under, complaint_at(value.origin, std::move(complaint))});
 }
 
 void Reader::complain_unknown(const Scope& table) {
@@ -121,7 +121,8 @@ void Reader::complain_unknown(const Scope& table) {
     if (item.key_line > 0) std::tie(place.line, place.column) = std::tie(item.key_line, item.key_column);
 
     base::Complaint complaint{.key = table.path + name, .message = "unknown key"};
-    if (is_declared_key(complaint.key)) {
+    const bool is_declared = is_declared_key(complaint.key);
+    if (is_declared) {
       complaint.message = "has no effect with the other values given here";
       for (const std::string& needs : needs_of(complaint.key))
         if (table.unmet.contains(needs)) complaint.message = "needs " + needs;
@@ -131,7 +132,7 @@ void Reader::complain_unknown(const Scope& table) {
       if (!nearest.empty()) complaint.hint = "did you mean " + place.under + table.path + nearest + "?";
       else if (!elsewhere.empty()) complaint.hint = "did you mean " + place.under + elsewhere + "?";
     }
-    wrong_.push_back({false, place.under, complaint_at(place, std::move(complaint))});
+    wrong_.push_back({is_declared ? Wrong::What::dependent : Wrong::What::value, place.under, complaint_at(place, std::move(complaint))});
   }
 }
 
@@ -145,7 +146,7 @@ void Reader::without(std::string_view table, std::string_view reason) {
   if (!node || wrong_.size() >= kMostWrong) return;
   Origin place = node->is_list() ? node->items.front().origin : node->origin;
   if (node->key_line > 0) std::tie(place.line, place.column) = std::tie(node->key_line, node->key_column);
-  wrong_.push_back({false, place.under, complaint_at(place, {.key = scope().path + std::string(table), .message = std::string(reason)})});
+  wrong_.push_back({Wrong::What::value, place.under, complaint_at(place, {.key = scope().path + std::string(table), .message = std::string(reason)})});
 }
 
 void Reader::require(bool holds, std::string_view key, const std::string& message) {
@@ -170,14 +171,14 @@ void Reader::require(bool holds, std::string_view key, const std::string& messag
   const bool is_value = value && !value->is_table() && (value->kind != Node::Kind::array || (!value->items.empty() && !value->is_list()));
   base::Complaint complaint{.key = path, .value = is_value ? with_unit(*value, declared_unit(path)) : "", .message = message};
   const Origin origin = node ? place_of(*node) : place->origin;
-  wrong_.push_back({true, origin.under, complaint_at(origin, std::move(complaint))});
+  wrong_.push_back({Wrong::What::law, origin.under, complaint_at(origin, std::move(complaint))});
 }
 
 void Reader::throw_if_wrong() const {
   const auto order = [](const Wrong& a, const Wrong& b) {
     const auto rank = [](const Wrong& w) {   // the command line's own comes before what follows from it in the file
       const bool is_said = w.complaint.file.starts_with("--set ") || w.complaint.file.starts_with("--quality ");
-      return std::make_tuple(w.is_law, !is_said && w.complaint.line == 0, w.complaint.line, w.complaint.column);
+      return std::make_tuple(w.what, !is_said && w.complaint.line == 0, w.complaint.line, w.complaint.column);
     };
     return rank(a) < rank(b);
   };
@@ -187,7 +188,7 @@ void Reader::throw_if_wrong() const {
 
 void Reader::throw_if_wrong_under(const std::string& under) const {
   for (const Wrong& wrong : wrong_)
-    if (!wrong.is_law && wrong.under == under) throw base::Error(wrong.complaint);
+    if (wrong.what != Wrong::What::law && wrong.under == under) throw base::Error(wrong.complaint);
 }
 
 

@@ -16,8 +16,8 @@ class Reader : public base::Params {
 
   /// Complains about the keys that nobody declared; call when every parameter has been visited.
   void finish();
-  /// Throws what is wrong with the shot: the first bad key or value in the order of the file, else the first law that does
-  /// not hold (a law may fail only because a misspelt key left its default).
+  /// Throws what is wrong with the shot: the first bad key or value in the order of the file, else the first
+  /// key that has no effect, else the first law that does not hold: both may come of a misspelt key that left its default.
   void throw_if_wrong() const;
   /// The same, leaving out laws and every value that was not written in `under` ("quality.draft.").
   void throw_if_wrong_under(const std::string& under) const;
@@ -59,7 +59,7 @@ class Reader : public base::Params {
     Node given, complete;
   };
   struct Wrong {
-    bool is_law = false;
+    enum class What { value, dependent, law } what = What::value;   // a key that another one makes useless is told after what that one may have wrong
     std::string under;
     base::Complaint complaint;
   };

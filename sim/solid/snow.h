@@ -1,8 +1,8 @@
 #pragma once
 // Snow [Stomakhin13]: fixed corotated; stretches stay within [1 - critical_compression, 1 + critical_stretch], and both Lame constants
 // are exp(hardening (1 - Jp)) times those at rest, Jp the plastic change of volume. The exponent is capped: packed snow is ice, not more.
-// Beyond the paper, snow that has been pulled apart (Jp > 1) gives that volume back before it is pushed, as sand does [Tampubolon17]: with a push
-// and a pull in turn it would swell without end.
+// Beyond the paper, snow that has been pulled apart (Jp > 1) gives that volume back before its own is pressed together, as sand does [Tampubolon17]:
+// with a push and a pull in turn it would swell without end.
 #include <string_view>
 
 #include "sim/solid/fixed_corotated.h"
@@ -23,7 +23,7 @@ struct Snow {
   template <class T, int D>
   MaskOf<T> project(const Lame&, Principal<T, D>& stretch, T& state) const {
     const T low = constant<T>(-critical_compression), high = constant<T>(critical_stretch);
-    const auto changed = either(either(stretch[0] > high, stretch[D - 1] < low), both(state > T(0), stretch[D - 1] < T(0)));
+    const auto changed = either(either(stretch[0] > high, stretch[D - 1] < low), both(state > T(0), volume<T, D>(stretch) < T(1)));
     if (!any(changed)) return changed;
     T ratio = T(1);
     for (std::size_t i = 0; i < D; ++i) {
@@ -32,7 +32,7 @@ struct Snow {
       stretch[i] = held;
     }
     T plastic = smaller(larger((state + T(1)) * ratio, constant<T>(kLeastVolume)), constant<T>(kMostVolume));
-    const auto closes = both(changed, both(plastic > T(1), stretch[D - 1] < T(0)));
+    const auto closes = both(changed, both(plastic > T(1), volume<T, D>(stretch) < T(1)));
     if (any(closes)) give_back<T, D>(closes, stretch, plastic);
     state = select(changed, plastic - T(1), state);
     return changed;
@@ -53,20 +53,29 @@ struct Snow {
   }
 
  private:
-  /// Closes gaps: where it is pushed, and as far as Jp is above 1, along all such axes by the same part of their logarithmic strain.
+  template <class T, int D>
+  static T volume(const Principal<T, D>& stretch) {
+    T j = T(1);
+    for (std::size_t i = 0; i < D; ++i) j *= stretch[i] + T(1);
+    return j;
+  }
+  /// Closes gaps: as far as Jp is above 1 and the elastic volume below, along the axes that are pushed, each by the same part of its logarithmic strain.
   template <class T, int D>
   static void give_back(MaskOf<T> closes, Principal<T, D>& stretch, T& plastic) {
     Principal<T, D> pushed;
-    T sum = T(0);
-    for (std::size_t i = 0; i < D; ++i) pushed[i] = log_of_one_plus(smaller(stretch[i], T(0))), sum -= pushed[i];
-    const T gap = log_of_one_plus(larger(plastic - T(1), T(0)));
-    const auto all_of_it = gap >= sum;
-    const T part = select(all_of_it, T(1), gap / select(all_of_it, T(1), sum));
+    T sum = T(0), pressed = T(0);
     for (std::size_t i = 0; i < D; ++i) {
-      const T left = select(pushed[i] < T(0), exp_minus_one((T(1) - part) * pushed[i]), stretch[i]);
-      stretch[i] = select(closes, left, stretch[i]);
+      pushed[i] = log_of_one_plus(smaller(stretch[i], T(0)));
+      sum -= pushed[i], pressed -= log_of_one_plus(stretch[i]);
     }
-    plastic = select(closes, plastic * (exp_minus_one(-(part * sum)) + T(1)), plastic);
+    const T closed = smaller(log_of_one_plus(larger(plastic - T(1), T(0))), larger(pressed, T(0)));
+    const auto some = both(closes, sum > T(0));
+    const T part = closed / select(some, sum, T(1));
+    for (std::size_t i = 0; i < D; ++i) {
+      const auto shut = both(some, pushed[i] < T(0));
+      stretch[i] = select(shut, exp_minus_one((T(1) - part) * pushed[i]), stretch[i]);
+    }
+    plastic = select(some, plastic * (exp_minus_one(-closed) + T(1)), plastic);
   }
 };
 
