@@ -190,12 +190,10 @@ std::vector<KeyRow> keys_of(const std::string& table, const std::function<void(b
   return describer.rows;
 }
 
-bool is_declared_key(const std::string& key) { return find_row(keys_with("fluid"), key) != nullptr; }
-
-std::vector<std::string> needs_of(const std::string& key) {
+std::optional<std::vector<std::string>> needs_of(const std::string& key) {
   const std::vector<KeyRow> rows = keys_with("fluid");
   const KeyRow* row = find_row(rows, key);
-  return row ? row->needs : std::vector<std::string>();
+  return row ? std::optional(row->needs) : std::nullopt;
 }
 
 std::string declared_unit(const std::string& key) {

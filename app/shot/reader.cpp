@@ -121,10 +121,10 @@ void Reader::complain_unknown(const Scope& table) {
     if (item.key_line > 0) std::tie(place.line, place.column) = std::tie(item.key_line, item.key_column);
 
     base::Complaint complaint{.key = table.path + name, .message = "unknown key"};
-    const bool is_declared = is_declared_key(complaint.key);
-    if (is_declared) {
+    const auto conditions = needs_of(complaint.key);
+    if (conditions) {
       complaint.message = "has no effect with the other values given here";
-      for (const std::string& needs : needs_of(complaint.key))
+      for (const std::string& needs : *conditions)
         if (table.unmet.contains(needs)) complaint.message = "needs " + needs;
     } else {
       const std::string nearest = base::nearest_word(name, table.declared);
@@ -132,7 +132,7 @@ void Reader::complain_unknown(const Scope& table) {
       if (!nearest.empty()) complaint.hint = "did you mean " + place.under + table.path + nearest + "?";
       else if (!elsewhere.empty()) complaint.hint = "did you mean " + place.under + elsewhere + "?";
     }
-    wrong_.push_back({is_declared ? Wrong::What::dependent : Wrong::What::value, place.under, complaint_at(place, std::move(complaint))});
+    wrong_.push_back({conditions ? Wrong::What::dependent : Wrong::What::value, place.under, complaint_at(place, std::move(complaint))});
   }
 }
 

@@ -65,10 +65,11 @@ struct Snow {
     Principal<T, D> pushed;
     T sum = T(0), pressed = T(0);
     for (std::size_t i = 0; i < D; ++i) {
-      pushed[i] = log_of_one_plus(smaller(stretch[i], T(0)));
-      sum -= pushed[i], pressed -= log_of_one_plus(stretch[i]);
+      const T strain = log_of_one_plus(stretch[i]);
+      pushed[i] = smaller(strain, T(0));
+      sum -= pushed[i], pressed -= strain;
     }
-    const T closed = smaller(log_of_one_plus(larger(plastic - T(1), T(0))), larger(pressed, T(0)));
+    const T closed = smaller(log_of_one_plus(plastic - T(1)), larger(pressed, T(0)));
     const auto some = both(closes, sum > T(0));
     const T part = closed / select(some, sum, T(1));
     for (std::size_t i = 0; i < D; ++i) {
