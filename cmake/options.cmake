@@ -2,7 +2,7 @@
 # so that a build on one machine gives the bits of another.
 add_library(polypic_options INTERFACE)
 target_compile_options(polypic_options INTERFACE
-  -march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Wshadow -Werror
+  -march=x86-64-v3 -ffp-contract=off -fno-math-errno -fno-trapping-math -Wall -Wextra -Wshadow -Werror
   -Wno-restrict)   # g++ 12 warns of impossible sizes inside std::string concatenation (GCC bug 105651)
 target_include_directories(polypic_options INTERFACE ${PROJECT_SOURCE_DIR})
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")                # sim/ asks for -O3; assertions stay on: they guard our own mistakes

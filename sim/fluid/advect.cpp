@@ -13,13 +13,36 @@ namespace {
 
 constexpr std::size_t kChunk = 4096;
 
+/// Where all get to by part times steps [cells], as Site::move has it. No branch, or the compiler would not take them together.
+template <int D, class Real>
+void move(const Sites<D, Real>& from, Real part, const AtSites<D, Real>& steps, Sites<D, Real>& to) {
+  to.count = from.count;
+  for (int a = 0; a < D; ++a) {
+    const int* const cell = from.cell[a];
+    const Real *const offset = from.offset[a], *const step = steps.value[a];
+    int* __restrict const to_cell = to.cell[a];
+    Real* __restrict const to_offset = to.offset[a];
+    for (std::size_t k = 0; k < from.count; ++k) {
+      const Real moved = offset[k] + part * step[k], whole = std::floor(moved), rest = moved - whole, one = std::floor(rest);
+      to_cell[k] = cell[k] + int(whole) + int(one);
+      to_offset[k] = rest - one;
+    }
+  }
+}
+
 /// A midpoint may lie beyond a wall; the field is asked at the nearest place inside.
 template <int D, class Real>
-[[gnu::always_inline]] inline void keep_inside(Site<D, Real>& site, const Lattice<D>& lattice) {
+void keep_inside(Sites<D, Real>& sites, const Lattice<D>& lattice) {
   for (int a = 0; a < D; ++a) {
-    if (unsigned(site.cell[a]) < unsigned(lattice.cells[a]) || lattice.periodic[a]) continue;
-    if (site.cell[a] < 0) site.cell[a] = 0, site.offset[a] = 0;
-    else site.cell[a] = lattice.cells[a] - 1, site.offset[a] = std::nextafter(Real(1), Real(0));
+    if (lattice.periodic[std::size_t(a)]) continue;
+    const int last = lattice.cells[std::size_t(a)] - 1;
+    const Real end = std::nextafter(Real(1), Real(0));
+    int* __restrict const cell = sites.cell[a];
+    Real* __restrict const offset = sites.offset[a];
+    for (std::size_t k = 0; k < sites.count; ++k) {
+      offset[k] = cell[k] < 0 ? Real(0) : cell[k] > last ? end : offset[k];
+      cell[k] = std::clamp(cell[k], 0, last);
+    }
   }
 }
 
@@ -36,43 +59,44 @@ double advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bl
                const Solids<D>& solids, const CellRanges& ranges, Particles<D, Real>& particles) {
   const Real cells = Real(dt / solids.cell);   // per m/s
   const bool thin = solids.has_thin();
-  using V = Vec<D, Real>;
   std::atomic<Real> longest = 0;   // square of it: the same whoever comes first
-  with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, const auto& velocity_at) {
-    // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
-    constexpr std::size_t kTogether = 32;
-    std::array<V, kTogether> first, second, third;
-    Real farthest = 0;
-    for (; begin < end; begin += kTogether) {
-      const std::size_t count = std::min(kTogether, end - begin);
-      const auto site_of = [&](std::size_t k) { return Site<D, Real>{particles.cell[begin + k], particles.offset[begin + k]}; };
-      const auto steps_at = [&](Real part, const std::array<V, kTogether>& steps, std::array<V, kTogether>& found) {
-        std::array<Site<D, Real>, kTogether> sites;
-        for (std::size_t k = 0; k < count; ++k) {
-          sites[k] = site_of(k);
-          sites[k].move(part * steps[k]);
-          keep_inside<D, Real>(sites[k], solids.lattice);
+  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
+    in_near_field(transfer, blocks, velocity, ranges, b, [&](std::size_t begin, std::size_t end, auto& near) {
+      // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
+      Sites<D, Real> from, sites;
+      AtSites<D, Real> first, second, third;
+      Real farthest = 0;
+      for (; begin < end; begin += from.count) {
+        from.load(particles, begin, end);
+        const auto steps_at = [&](const Sites<D, Real>& at, AtSites<D, Real>& found) {
+          near.velocities(at, found);
+          for (int a = 0; a < D; ++a)
+            for (std::size_t k = 0; k < at.count; ++k) found.value[a][k] *= cells;
+        };
+        const auto steps_after = [&](Real part, const AtSites<D, Real>& steps, AtSites<D, Real>& found) {
+          move(from, part, steps, sites);
+          keep_inside(sites, solids.lattice);
+          steps_at(sites, found);
+        };
+        steps_at(from, first);
+        steps_after(Real(0.5), first, second);
+        if constexpr (kStages == 3) {
+          steps_after(Real(0.75), second, third);
+          for (int a = 0; a < D; ++a)
+            for (std::size_t k = 0; k < sites.count; ++k)
+              second.value[a][k] = (Real(2) * first.value[a][k] + Real(3) * second.value[a][k] + Real(4) * third.value[a][k]) / Real(9);
         }
-        for (std::size_t k = 0; k < count; ++k) found[k] = cells * velocity_at(sites[k]);
-      };
-      for (std::size_t k = 0; k < count; ++k) first[k] = cells * velocity_at(site_of(k));
-      steps_at(Real(0.5), first, second);
-      if constexpr (kStages == 3) {
-        steps_at(Real(0.75), second, third);
-        for (std::size_t k = 0; k < count; ++k) second[k] = (Real(2) * first[k] + Real(3) * second[k] + Real(4) * third[k]) / Real(9);
+        move(from, Real(1), second, sites);
+        for (std::size_t k = 0; k < sites.count; ++k) {
+          farthest = std::max(farthest, second[k].squaredNorm());
+          Site<D, Real> site = sites[k];
+          if (thin) solids.stop_in_thin(from[k], dt, site);
+          particles.cell[begin + k] = solids.lattice.wrapped(site.cell);
+          particles.offset[begin + k] = site.offset;
+        }
       }
-      for (std::size_t k = 0; k < count; ++k) {
-        Site<D, Real> site = site_of(k);
-        farthest = std::max(farthest, second[k].squaredNorm());
-        site.move(second[k]);
-        if (thin) solids.stop_in_thin(site_of(k), dt, site);
-        particles.cell[begin + k] = site.cell;
-        particles.offset[begin + k] = site.offset;
-      }
-      for (std::size_t k = 0; k < count && solids.lattice.any_periodic; ++k)
-        particles.cell[begin + k] = solids.lattice.wrapped(particles.cell[begin + k]);
-    }
-    for (Real seen = longest; farthest > seen && !longest.compare_exchange_weak(seen, farthest);) {}
+      for (Real seen = longest; farthest > seen && !longest.compare_exchange_weak(seen, farthest);) {}
+    });
   });
   return std::sqrt(double(longest.load()));
 }
@@ -97,27 +121,35 @@ Shift<D> shift(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bloc
     gradient[a] = found == transfer.modes().end() ? -1 : int(found - transfer.modes().begin());
   }
   Shift<D> done;
-  in_near_field(transfer, blocks, displacement, ranges, block, [&](std::size_t begin, std::size_t end, const auto& displacement_at) {
-    for (std::size_t p = begin; p < end; ++p) {
-      Site<D, Real> site{particles.cell[p], particles.offset[p]};
-      const Vec<D, Real> by = displacement_at(site);
-      site.move(by);
-      if (solids.has_thin()) {
-        const Site<D, Real> there = site;
-        solids.stop_in_thin({particles.cell[p], particles.offset[p]}, 0, site);
+  const bool thin = solids.has_thin();
+  in_near_field(transfer, blocks, displacement, ranges, block, [&](std::size_t begin, std::size_t end, auto& near) {
+    Sites<D, Real> from, sites;
+    AtSites<D, Real> shifts;
+    for (; begin < end; begin += from.count) {
+      from.load(particles, begin, end);
+      near.velocities(from, shifts);
+      move(from, Real(1), shifts, sites);
+      for (std::size_t k = 0; thin && k < sites.count; ++k) {
+        Site<D, Real> site = sites[k];
+        solids.stop_in_thin(from[k], 0, site);
         Moving<D, Real> probe{site, Vec<D, Real>::Zero()};
-        if (site.cell != there.cell || site.offset != there.offset) solids.push_out(probe), site = probe.site;
+        if (site.cell != sites[k].cell || site.offset != sites[k].offset) solids.push_out(probe), sites.set(k, probe.site);
       }
-      keep_inside<D, Real>(site, solids.lattice);
-      for (int a = 0; a < D; ++a) done.by[a] += double(site.cell[a] - particles.cell[p][a]) + double(site.offset[a]) - double(particles.offset[p][a]);
-      particles.cell[p] = solids.lattice.wrapped(site.cell);
-      particles.offset[p] = site.offset;
-      for (int c = 0; c < D; ++c) {
-        const auto v = particles.component(p, c);
-        const double before = double(v[0]);
-        for (int a = 0; a < D; ++a)
-          if (gradient[a] >= 0) v[0] += v[std::size_t(gradient[a])] * by[a];
-        done.kinetic += (double(v[0]) - before) * (double(v[0]) + before) / 2;
+      keep_inside(sites, solids.lattice);
+      for (std::size_t k = 0; k < sites.count; ++k) {
+        const std::size_t p = begin + k;
+        const Site<D, Real> site = sites[k];
+        const Vec<D, Real> by = shifts[k];
+        for (int a = 0; a < D; ++a) done.by[a] += double(site.cell[std::size_t(a)] - from.cell[a][k]) + double(site.offset[a]) - double(from.offset[a][k]);
+        particles.cell[p] = solids.lattice.wrapped(site.cell);
+        particles.offset[p] = site.offset;
+        for (int c = 0; c < D; ++c) {
+          const auto v = particles.component(p, c);
+          const double before = double(v[0]);
+          for (int a = 0; a < D; ++a)
+            if (gradient[a] >= 0) v[0] += v[std::size_t(gradient[a])] * by[a];
+          done.kinetic += (double(v[0]) - before) * (double(v[0]) + before) / 2;
+        }
       }
     }
   });

@@ -228,7 +228,10 @@ std::int64_t divide_by_mass(typename Layout::Grid& grid, std::size_t size) {
 
 template <class Layout>
 GridTransfer<Layout>::GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes, Path path) : kernel_(kernel), modes_(std::move(modes)) {
-  if (path == Path::fast) kernels_ = kernels_of<Layout>(kernel, modes_);
+  if (path == Path::fast) {
+    kernels_ = kernels_of<Layout>(kernel, modes_);
+    if constexpr (kInterpolatesByLanes) interpolation_ = kernel == Kernel::linear ? lanes::interpolate_linear() : lanes::interpolate_quadratic();
+  }
   for (const ModeIndex<D>& mode : modes_)
     place_.push_back(kernel == Kernel::linear ? tensor_place<2, D>(mode) : tensor_place<3, D>(mode));
 }

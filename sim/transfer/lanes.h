@@ -5,6 +5,7 @@
 // runs the plain path of grid_transfer_bodies.h, which is the reference.
 //
 // No sum is over lanes, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the same bits.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -58,6 +59,28 @@ struct MovingKernels {
   void (*scatter)(const Block&, const Stresses&, float* tile) = nullptr;                // as Scatter
   void (*gather)(const Block&, const float* tile, const Motions&) = nullptr;            // as Gather
 };
+
+/// Velocities on the faces around a block, for places in its cells and kReach around. A kernel copies what a cell's places read when the first of
+/// them asks.
+struct NearFaces {
+  static constexpr int kReach = 1, kEdge = Lattice<3>::kBlock + 2 * kReach, kCells = kEdge * kEdge * kEdge, kMost = kEdge + 3, kSlack = 2;
+  const float* velocity = nullptr;        // x, y, z, (kEdge + n)^3 numbers each from two places before the block on; kSlack more can be read
+  bool turned = false;
+  std::array<bool, std::size_t(kCells)> copied{};
+  alignas(64) float along[2][kMost * kMost * kMost + kSlack];   // of x and y, their own axis fastest
+  alignas(64) float cell[kCells][9][16];
+};
+/// Some of these places, by axis. Numbers behind `count` are read too.
+inline constexpr std::size_t kPlaces = 64;
+struct Places {
+  std::size_t count = 0;
+  alignas(64) std::uint32_t cell[kPlaces];          // its number among those of NearFaces
+  const float (*offset)[kPlaces] = nullptr;
+};
+/// Writes the velocities at places, by component, and what is none behind them.
+using Interpolate = void (*)(NearFaces&, const Places&, float (*velocity)[kPlaces]);
+Interpolate interpolate_linear();
+Interpolate interpolate_quadratic();
 
 struct Kernels {
   Scatter scatter = nullptr;

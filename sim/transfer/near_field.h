@@ -1,7 +1,8 @@
 #pragma once
-// The grid velocity where particles of a block are, or have got to: a dense copy of the field around the block, read a line of nodes at a
-// time. For whoever asks particle by particle at places that no batch shares, as motion does.
+// The grid velocity where particles of a block are, or have got to: a dense copy of the field around the block, read by the places that particles ask
+// for. For places that no batch shares, as those of motion.
 #include <Eigen/Core>
+#include <type_traits>
 #include <utility>
 
 #include "base/parallel.h"
@@ -10,15 +11,52 @@
 
 namespace sim {
 
+/// Some places, by axis. Those behind `count` are places too, of nobody.
+template <int D, class Real>
+struct Sites {
+  static constexpr std::size_t kMost = lanes::kPlaces;
+  std::size_t count = 0;
+  alignas(64) int cell[D][kMost]{};
+  alignas(64) Real offset[D][kMost]{};
+
+  void load(const Particles<D, Real>& particles, std::size_t begin, std::size_t end) {
+    count = std::min(kMost, end - begin);
+    for (std::size_t k = 0; k < count; ++k)
+      for (int a = 0; a < D; ++a) cell[a][k] = particles.cell[begin + k][std::size_t(a)], offset[a][k] = particles.offset[begin + k][a];
+  }
+  Site<D, Real> operator[](std::size_t k) const {
+    Site<D, Real> site;
+    for (int a = 0; a < D; ++a) site.cell[std::size_t(a)] = cell[a][k], site.offset[a] = offset[a][k];
+    return site;
+  }
+  void set(std::size_t k, const Site<D, Real>& site) {
+    for (int a = 0; a < D; ++a) cell[a][k] = site.cell[std::size_t(a)], offset[a][k] = site.offset[a];
+  }
+};
+/// A vector at each.
+template <int D, class Real>
+struct AtSites {
+  alignas(64) Real value[D][lanes::kPlaces];
+  Vec<D, Real> operator[](std::size_t k) const {
+    Vec<D, Real> v;
+    for (int a = 0; a < D; ++a) v[a] = value[a][k];
+    return v;
+  }
+  void set(std::size_t k, const Vec<D, Real>& v) {
+    for (int a = 0; a < D; ++a) value[a][k] = v[a];
+  }
+};
+
 /// The field around a block: interpolates at sites in its cells and kReach cells around.
 template <class Layout, class Weights>
 class NearField {
  public:
   static constexpr int D = Layout::kDimension, n = Weights::kNodes;
-  static constexpr int kReach = 1, kBefore = kReach + 1, kEdge = Lattice<D>::kBlock + 2 * kReach + n;   // stencils begin a node before a cell
+  static constexpr int kReach = lanes::NearFaces::kReach, kBefore = kReach + 1, kEdge = Lattice<D>::kBlock + 2 * kReach + n;   // stencils begin a node before a cell
   using Real = typename Layout::Real;
 
-  NearField(const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Field& field) {
+  NearField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Field& field)
+      : transfer_(transfer), blocks_(blocks), field_(field) {
     for (int a = 0; a < D; ++a) {
       const int first = block[a] * Lattice<D>::kBlock;
       first_[a] = first - kBefore;
@@ -32,7 +70,22 @@ class NearField {
     for (int a = 0; a < D; ++a) inside = inside && unsigned(cell[a] - first_[a] - 1) < cells_[a];
     return inside;
   }
-  /// [m/s] at a site that is covered.
+  /// [m/s] at sites, covered or not.
+  void velocities(const Sites<D, Real>& sites, AtSites<D, Real>& found) {
+    if constexpr (kHasLanes)
+      if (transfer_.interpolation()) return by_lanes(sites, found);
+    for (std::size_t k = 0; k < sites.count; ++k) {
+      const Site<D, Real> site = sites[k];
+      found.set(k, covers(site.cell) ? at(site) : transfer_.velocity_at(blocks_, field_, site));
+    }
+  }
+
+ private:
+  static constexpr bool kHasLanes = GridTransfer<Layout>::kInterpolatesByLanes;
+  static constexpr int kPlaces = int_power(kEdge, D), kLine = 4;
+  using Line = Eigen::Array<Real, kLine, 1>;                            // a line of nodes and what follows it, which is not used
+  struct Nothing {};
+
   [[gnu::always_inline]] Vec<D, Real> at(const Site<D, Real>& site) const {
     const ParticleStencils<Weights, Layout> stencils(site.cell, site.offset);
     Vec<D, Real> v;
@@ -65,40 +118,49 @@ class NearField {
     return v;
   }
 
- private:
-  static constexpr int kPlaces = int_power(kEdge, D), kLine = 4;
-  using Line = Eigen::Array<Real, kLine, 1>;                            // a line of nodes and what follows it, which is not used
+  void by_lanes(const Sites<D, Real>& sites, AtSites<D, Real>& found) {
+    lanes::Places places;
+    places.count = sites.count, places.offset = sites.offset;
+    bool far = false;
+    for (std::size_t k = 0; k < places.count; ++k) {
+      bool covered = true;
+      unsigned cell = 0;
+      for (int a = 0; a < D; ++a) {
+        const unsigned along = unsigned(sites.cell[a][k] - first_[a] - 1);
+        covered = covered & (along < cells_[a]);
+        cell = cell * lanes::NearFaces::kEdge + along;
+      }
+      places.cell[k] = covered ? cell : 0;
+      far = far | !covered;
+    }
+    for (std::size_t k = places.count; k % 4; ++k) places.cell[k] = 0;
+    near_.velocity = values_.data();
+    transfer_.interpolation()(near_, places, found.value);
+    for (std::size_t k = 0; far && k < sites.count; ++k)
+      if (const Site<D, Real> site = sites[k]; !covers(site.cell)) found.set(k, transfer_.velocity_at(blocks_, field_, site));
+  }
+
+  const GridTransfer<Layout>& transfer_;
+  const ActiveBlocks<D>& blocks_;
+  const typename Layout::Field& field_;
   Cell<D> first_;                                                       // the node at index 0
   std::array<unsigned, D> cells_;                                       // that are covered along each axis
   std::array<Real, std::size_t(D * kPlaces + kLine - n)> values_{};     // by component; 0 where no block is active
+  [[no_unique_address]] std::conditional_t<kHasLanes, lanes::NearFaces, Nothing> near_;
 };
 
-/// Calls body(begin, end, velocity) for the particles of a block, number `b` of those occupied; velocity(site) is the field [m/s], from a copy of it
-/// where it can be. Particles must be stored in the order that `ranges` is of, though they may have moved since.
+/// Calls body(begin, end, near) for the particles of a block, number `b` of those occupied, with the NearField of the block. Particles must be stored
+/// in the order that `ranges` is of, though they may have moved since.
 template <class Layout, class Body>
 void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
                    const CellRanges& ranges, std::size_t b, const Body& body) {
   constexpr std::size_t per_block = Lattice<Layout::kDimension>::kCellsPerBlock;
   const auto in = [&](auto weights) {
-    const NearField<Layout, decltype(weights)> near(blocks, blocks.lattice().block_at(ranges.occupied[b]), field);
-    body(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block],
-         [&](const auto& site) { return near.covers(site.cell) ? near.at(site) : transfer.velocity_at(blocks, field, site); });
+    NearField<Layout, decltype(weights)> near(transfer, blocks, blocks.lattice().block_at(ranges.occupied[b]), field);
+    body(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], near);
   };
   if (transfer.kernel() == Kernel::linear) in(LinearWeights<typename Layout::Real>{});
   else in(QuadraticWeights<typename Layout::Real>{});
-}
-
-/// The same for all blocks. Empty ranges: no order, and no copies.
-template <class Layout, class Body>
-void with_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
-                     const CellRanges& ranges, std::size_t particles, const Body& body) {
-  if (ranges.occupied.empty()) {
-    base::parallel_chunks(particles, 4096, [&](std::size_t begin, std::size_t end) {
-      body(begin, end, [&](const auto& site) { return transfer.velocity_at(blocks, field, site); });
-    });
-    return;
-  }
-  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) { in_near_field(transfer, blocks, field, ranges, b, body); });
 }
 
 }  // namespace sim

@@ -98,6 +98,42 @@ struct Vectors {
     if constexpr (parts == 2) return {{part[0], other.part[1]}};
     else return {{hn::ConcatUpperLower(Tag{}, other.part[0], part[0])}};
   }
+  /// A number of a line for every line: those from `first` on, in the turn of three.
+  template <int first>
+  HWY_INLINE static Vectors whole_lines_of(hn::Vec<Line> line) {
+    constexpr int n0 = first % 3, n1 = (first + 1) % 3, n2 = (first + 2) % 3;
+    alignas(64) static constexpr std::int32_t kFrom[16] = {n0, n0, n0, n0, n1, n1, n1, n1, n2, n2, n2, n2, 3, 3, 3, 3};
+    const auto wide = hn::ZeroExtendVector(hn::FixedTag<float, 8>{}, line);
+    return each([&](int p) SIM_LANES_INLINED {
+      if constexpr (parts == 2) return hn::TableLookupLanes(wide, hn::SetTableIndices(Tag{}, kFrom + p * kLanes));
+      else return hn::TableLookupLanes(hn::ZeroExtendVector(Tag{}, wide), hn::SetTableIndices(Tag{}, kFrom));
+    });
+  }
+  /// Of one vector of four lines: in all of a line, a number of the line that comes `step` later in the turn of the first three.
+  template <int step>
+  HWY_INLINE Vectors from_lines(int number) const {
+    alignas(64) static constexpr auto kFrom = [] {
+      std::array<std::array<std::int32_t, 16>, 4> from{};
+      for (int k = 0; k < 4; ++k)
+        for (int lane = 0; lane < 16; ++lane) from[std::size_t(k)][std::size_t(lane)] = lane < 12 ? 4 * ((lane / 4 + step) % 3) + k : lane;
+      return from;
+    }();
+    return each([&](int p) SIM_LANES_INLINED { return hn::TableLookupLanes(part[p], hn::SetTableIndices(Tag{}, kFrom[std::size_t(number)].data())); });
+  }
+  /// One number of every line in all of it.
+  template <int number>
+  HWY_INLINE Vectors same_of_lines() const { return each([&](int p) { return hn::Broadcast<number>(part[p]); }); }
+  /// Of four vectors, line by line, a number each: the sum of the line's, (0 + 2) + (1 + 3).
+  HWY_INLINE static Vectors sums_of_lines(const Vectors (&of)[4]) {
+    return each([&](int p) SIM_LANES_INLINED {
+      const auto halves = [&](int k) SIM_LANES_INLINED {
+        const auto a = of[k].part[p], b = of[k + 1].part[p];
+        return hn::BitCast(Twos{}, hn::Add(hn::InterleaveLower(Tag{}, a, b), hn::InterleaveUpper(Tag{}, a, b)));
+      };
+      const auto first = halves(0), last = halves(2);
+      return hn::Add(hn::BitCast(Tag{}, hn::InterleaveLower(Twos{}, first, last)), hn::BitCast(Tag{}, hn::InterleaveUpper(Twos{}, first, last)));
+    });
+  }
   /// Of every line numbers 0, 1, 2, 2; the next ones in the turn of three, 1, 2, 0, 0; those after them.
   HWY_INLINE Vectors third_twice() const { return shuffled<0, 1, 2, 2>(); }
   HWY_INLINE Vectors turned() const { return shuffled<1, 2, 0, 0>(); }
