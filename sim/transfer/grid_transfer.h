@@ -3,7 +3,6 @@
 // faces of its own; node_transfer.h: all on the nodes), and what its fields look like. Masses are in units of a particle's mass.
 #include <cstdint>
 #include <functional>
-#include <type_traits>
 #include <vector>
 
 #include "sim/scene.h"
@@ -52,8 +51,7 @@ class GridTransfer {
   /// How particles must be sorted for the fast path; sorted otherwise they take the plain one.
   Home home() const { return Layout::kLattices == 1 && kernel_ == Kernel::quadratic ? Home::nearest_node : Home::cell; }
   bool is_fast() const { return kernels_.scatter != nullptr; }
-  static constexpr bool kInterpolatesByLanes = D == 3 && Layout::kLattices == 3 && std::is_same_v<Real, float>;
-  /// How NearField interpolates; null: plainly.
+  /// The fast path of NearField; null: the plain one.
   lanes::Interpolate interpolation() const { return interpolation_; }
 
   /// P2G: masses and velocities from particles in canonical order. Each block sums its particles in an array of its own; the blocks'
@@ -101,7 +99,7 @@ class GridTransfer {
   std::vector<ModeIndex<D>> modes_;
   std::vector<int> place_;   // of each mode in the stencil's tensor
   lanes::Kernels kernels_;   // of the fast path, or null
-  lanes::Interpolate interpolation_ = nullptr;
+  lanes::Interpolate interpolation_ = nullptr;   // with it
 };
 
 }  // namespace sim

@@ -230,7 +230,7 @@ template <class Layout>
 GridTransfer<Layout>::GridTransfer(Kernel kernel, std::vector<ModeIndex<D>> modes, Path path) : kernel_(kernel), modes_(std::move(modes)) {
   if (path == Path::fast) {
     kernels_ = kernels_of<Layout>(kernel, modes_);
-    if constexpr (kInterpolatesByLanes) interpolation_ = kernel == Kernel::linear ? lanes::interpolate_linear() : lanes::interpolate_quadratic();
+    if (Layout::kLattices == 3 && std::is_same_v<Real, float> && kernel == Kernel::quadratic) interpolation_ = lanes::interpolation();
   }
   for (const ModeIndex<D>& mode : modes_)
     place_.push_back(kernel == Kernel::linear ? tensor_place<2, D>(mode) : tensor_place<3, D>(mode));

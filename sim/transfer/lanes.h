@@ -60,27 +60,26 @@ struct MovingKernels {
   void (*gather)(const Block&, const float* tile, const Motions&) = nullptr;            // as Gather
 };
 
-/// Velocities on the faces around a block, for places in its cells and kReach around. A kernel copies what a cell's places read when the first of
-/// them asks.
+/// Velocities on the faces around a block, which the quadratic kernel interpolates at places in the block's cells and kReach around. What places of a
+/// cell read is put together when the first of them asks.
 struct NearFaces {
-  static constexpr int kReach = 1, kEdge = Lattice<3>::kBlock + 2 * kReach, kCells = kEdge * kEdge * kEdge, kMost = kEdge + 3, kSlack = 2;
-  const float* velocity = nullptr;        // x, y, z, (kEdge + n)^3 numbers each from two places before the block on; kSlack more can be read
+  static constexpr int kReach = 1, kCells = Lattice<3>::kBlock + 2 * kReach, kEdge = kCells + 3;   // of cells and faces, along each axis
+  const float* velocity = nullptr;                                 // x, y, z, kEdge^3 numbers each, from two places before the block on
   bool turned = false;
-  std::array<bool, std::size_t(kCells)> copied{};
-  alignas(64) float along[2][kMost * kMost * kMost + kSlack];   // of x and y, their own axis fastest
-  alignas(64) float cell[kCells][9][16];
+  std::array<bool, std::size_t(kCells * kCells * kCells)> known{};
+  alignas(64) float along[2][kEdge * kEdge * kEdge];               // of x and y, their own axis fastest
+  alignas(64) float read[kCells * kCells * kCells][9][16];
 };
-/// Some of these places, by axis. Numbers behind `count` are read too.
+/// Some of these places, by axis. Numbers behind `count`, up to a multiple of four, are read too.
 inline constexpr std::size_t kPlaces = 64;
 struct Places {
   std::size_t count = 0;
-  alignas(64) std::uint32_t cell[kPlaces];          // its number among those of NearFaces
+  alignas(64) std::uint32_t cell[kPlaces];                         // its number among those of NearFaces
   const float (*offset)[kPlaces] = nullptr;
 };
-/// Writes the velocities at places, by component, and what is none behind them.
+/// Writes the velocities at places, by component, and behind them what is nobody's.
 using Interpolate = void (*)(NearFaces&, const Places&, float (*velocity)[kPlaces]);
-Interpolate interpolate_linear();
-Interpolate interpolate_quadratic();
+Interpolate interpolation();
 
 struct Kernels {
   Scatter scatter = nullptr;

@@ -81,7 +81,7 @@ class NearField {
   }
 
  private:
-  static constexpr bool kHasLanes = GridTransfer<Layout>::kInterpolatesByLanes;
+  static constexpr bool kHasLanes = D == 3 && n == 3 && Layout::kLattices == 3 && std::is_same_v<Real, float>;   // with the linear kernel they are no faster
   static constexpr int kPlaces = int_power(kEdge, D), kLine = 4;
   using Line = Eigen::Array<Real, kLine, 1>;                            // a line of nodes and what follows it, which is not used
   struct Nothing {};
@@ -128,7 +128,7 @@ class NearField {
       for (int a = 0; a < D; ++a) {
         const unsigned along = unsigned(sites.cell[a][k] - first_[a] - 1);
         covered = covered & (along < cells_[a]);
-        cell = cell * lanes::NearFaces::kEdge + along;
+        cell = cell * lanes::NearFaces::kCells + along;
       }
       places.cell[k] = covered ? cell : 0;
       far = far | !covered;

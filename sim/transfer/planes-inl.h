@@ -25,6 +25,16 @@ constexpr Line kLine{};
 /// Adds four numbers.
 HWY_INLINE void add_line(float* HWY_RESTRICT to, hn::Vec<Line> v) { hn::StoreU(hn::Add(hn::LoadU(kLine, to), v), kLine, to); }
 
+/// Number k of line l becomes number l of line k.
+HWY_INLINE void transpose_lines(hn::Vec<Line> (&line)[4]) {
+  const hn::Repartition<double, Line> pairs;
+  const auto lower = [&](int k) SIM_LANES_INLINED { return hn::BitCast(pairs, hn::InterleaveLower(kLine, line[k], line[k + 1])); };
+  const auto upper = [&](int k) SIM_LANES_INLINED { return hn::BitCast(pairs, hn::InterleaveUpper(kLine, line[k], line[k + 1])); };
+  const auto l0 = lower(0), l2 = lower(2), u0 = upper(0), u2 = upper(2);
+  line[0] = hn::BitCast(kLine, hn::InterleaveLower(pairs, l0, l2)), line[1] = hn::BitCast(kLine, hn::InterleaveUpper(pairs, l0, l2));
+  line[2] = hn::BitCast(kLine, hn::InterleaveLower(pairs, u0, u2)), line[3] = hn::BitCast(kLine, hn::InterleaveUpper(pairs, u0, u2));
+}
+
 /// Lines in vectors of Tag: one, or as many as `parts` says.
 template <class Tag, int parts>
 struct Vectors {

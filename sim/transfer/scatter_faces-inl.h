@@ -126,16 +126,10 @@ class FaceTile {
           momentum[k] = hn::ConcatEven(kLine, last, first), mass[k] = hn::ConcatOdd(kLine, last, first);
         }
         float* const to = mass_and_momentum + j * to_step + i;
-        store_transposed(mass, to, to_step), store_transposed(momentum, to + 3 * S::places, to_step);
+        transpose_lines(mass), transpose_lines(momentum);
+#pragma GCC unroll 4
+        for (int k = 0; k < 4; ++k) hn::StoreU(mass[k], kLine, to + k * to_step), hn::StoreU(momentum[k], kLine, to + 3 * S::places + k * to_step);
       }
-  }
-  HWY_INLINE static void store_transposed(const hn::Vec<Line> (&line)[4], float* HWY_RESTRICT to, int step) {
-    const hn::Repartition<double, Line> pairs;
-    const auto lower = [&](int k) SIM_LANES_INLINED { return hn::BitCast(pairs, hn::InterleaveLower(kLine, line[k], line[k + 1])); };
-    const auto upper = [&](int k) SIM_LANES_INLINED { return hn::BitCast(pairs, hn::InterleaveUpper(kLine, line[k], line[k + 1])); };
-    const auto store = [&](int k, auto v) SIM_LANES_INLINED { hn::StoreU(hn::BitCast(kLine, v), kLine, to + k * step); };
-    store(0, hn::InterleaveLower(pairs, lower(0), lower(2))), store(1, hn::InterleaveUpper(pairs, lower(0), lower(2)));
-    store(2, hn::InterleaveLower(pairs, upper(0), upper(2))), store(3, hn::InterleaveUpper(pairs, upper(0), upper(2)));
   }
 
   float* tile_;
