@@ -63,6 +63,30 @@ TEST(Blocks, AStencilsPlacesAreThoseOfItsNodes) {
     }
 }
 
+template <int D>
+void expect_places_around(const ActiveBlocks<D>& blocks) {
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!blocks.is_place(i)) continue;
+    Cell<D> lower = blocks.cell_at(i);
+    for (int& c : lower) --c;
+    ASSERT_EQ(blocks.places_around(i), blocks.template places<3>(lower)) << i;
+  }
+}
+
+TEST(Blocks, PlacesAroundOneAreThoseOfAStencil) {
+  for (const bool periodic : {false, true})
+    for (const int edge : {1, 4, 6, 8, 12}) {
+      expect_places_around(ActiveBlocks<2>::whole(lattice_of<2>(edge, periodic)));
+      expect_places_around(ActiveBlocks<3>::whole(lattice_of<3>(edge, periodic)));
+    }
+  ActiveBlocks<2> some(lattice_of<2>(40));   // with absent ones around
+  CellRanges ranges;
+  ranges.occupied = {some.lattice().block_key({2, 3}), some.lattice().block_key({6, 1})};
+  for (std::uint32_t p = 0; p <= 32; ++p) ranges.begin.push_back(p);
+  some.cover(ranges, 3);
+  expect_places_around(some);
+}
+
 /// Every place that a stencil of a particle in the block may reach is in the tile, at its place.
 template <int D, int n>
 void expect_tiles(const ActiveBlocks<D>& blocks) {

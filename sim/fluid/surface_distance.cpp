@@ -19,13 +19,6 @@ constexpr double kThinDeviations = 2.7;
 constexpr float kGap = 0.642f;
 constexpr std::size_t kBlocksAtOnce = 64;
 
-template <int D>
-auto places_around(std::size_t i, const ActiveBlocks<D>& blocks) {
-  Cell<D> lower = blocks.cell_at(i);
-  for (int& c : lower) --c;
-  return blocks.template places<3>(lower);
-}
-
 /// 1, 2, 1 along each axis, of the cells around one.
 template <int D>
 constexpr std::array<int, std::size_t(ActiveBlocks<D>::kNeighbours)> kWeights = [] {
@@ -179,7 +172,7 @@ FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const Liqu
 /// Across a level surface the average falls by a half from a cell to the next.
 template <int D>
 float distance_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  return float(1 - 2 * mean_filling<D>(places_around<D>(i, blocks), filling, kind));
+  return float(1 - 2 * mean_filling<D>(blocks.places_around(i), filling, kind));
 }
 
 /// Whether a cell of another kind, liquid or air, is beside a cell that is either.
@@ -205,7 +198,7 @@ struct Film {
 template <int D>
 std::array<Film, std::size_t(D)> films_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   const auto kind_at = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air); };
-  const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : mean_filling<D>(places_around<D>(std::size_t(j), blocks), filling, kind); };
+  const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : mean_filling<D>(blocks.places_around(std::size_t(j)), filling, kind); };
   std::array<Film, std::size_t(D)> films;
   if (kind[i] != CellKind::liquid) return films;
   for (int a = 0; a < D; ++a)
@@ -350,7 +343,7 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
   const auto is_liquid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid; };
   const auto is_thin = [&](std::size_t i) {
     if (cells.open.cut(i, blocks)) return false;
-    const auto places = places_around<D>(i, blocks);
+    const auto places = blocks.places_around(i);
     int weights = 0;
     float sum = 0;
     for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n) {
@@ -403,7 +396,7 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
       if (cells.kind[i] != CellKind::liquid || is_rim[i]) continue;
-      const auto places = places_around<D>(i, blocks);
+      const auto places = blocks.places_around(i);
       const bool inside = std::all_of(places.begin(), places.end(), [&](std::ptrdiff_t at) { return at >= 0 && !is_rim[std::size_t(at)]; });
       if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - aim, -kMostExcess, kMostExcess));
     }

@@ -103,6 +103,8 @@ class ActiveBlocks {
   /// Index of each of n^D places from `first` on, last axis fastest; kAbsent where no block is active.
   template <int n>
   auto places(const Cell<D>& first) const;
+  /// Index of each of the 3^D places around one, itself in the middle.
+  std::array<std::ptrdiff_t, std::size_t(kNeighbours)> places_around(std::size_t index) const;
   /// The tile of a block: its places, kBefore before and kTile - kEdge - kBefore behind along every axis, as a dense array of kTile^D, last axis
   /// fastest. Calls body(place in the tile, index, count) for the runs of places that are active; a cut block has as many behind its last place.
   /// `count` is a constant (std::integral_constant) where nothing is cut.
@@ -159,10 +161,11 @@ template <int n>
 auto ActiveBlocks<D>::places(const Cell<D>& first) const {
   constexpr int rows = D == 2 ? n : n * n;
   std::array<std::ptrdiff_t, std::size_t(rows * n)> found;
-  const Cell<D> start = lattice_.wrapped(first);
+  const Cell<D> start = lattice_.wrapped(first), block = Lattice<D>::block_of(start);
   bool plain = true;
-  for (int a = 0; a < D; ++a) plain = plain && runs_on(a, start[a], n);
-  if (!plain) {
+  for (int a = 0; a < D; ++a) plain = plain && runs_on(a, start[a], n) && block[a] >= lattice_.lowest_block(a) && block[a] <= lattice_.highest_block(a);
+  const std::int32_t own = plain ? slot(lattice_.block_key(block)) : -1;
+  if (own < 0) {
     for (int k = 0; k < rows * n; ++k) {
       Cell<D> at = start;
       for (int a = D - 1, rest = k; a >= 0; --a, rest /= n) at[a] += rest % n;
@@ -170,8 +173,6 @@ auto ActiveBlocks<D>::places(const Cell<D>& first) const {
     }
     return found;
   }
-  const Cell<D> block = Lattice<D>::block_of(start);
-  const std::int32_t own = slot(lattice_.block_key(block));
   std::array<std::array<int, std::size_t(n)>, D> step, local;   // of each coordinate: its part of the neighbour's number and of the place in it
   for (int a = 0; a < D; ++a)
     for (int k = 0; k < n; ++k) {
@@ -182,8 +183,42 @@ auto ActiveBlocks<D>::places(const Cell<D>& first) const {
   for (int k = 0; k < rows * n; ++k) {
     int other = kNeighbours / 2, place = 0;
     for (int a = D - 1, rest = k; a >= 0; --a, rest /= n) other += step[a][std::size_t(rest % n)], place += local[a][std::size_t(rest % n)];
-    const std::int32_t s = own < 0 ? -1 : neighbours_[std::size_t(own)][std::size_t(other)];
+    const std::int32_t s = neighbours_[std::size_t(own)][std::size_t(other)];
     found[std::size_t(k)] = s < 0 ? kAbsent : std::ptrdiff_t(s) * kCells + place;
+  }
+  return found;
+}
+
+template <int D>
+auto ActiveBlocks<D>::places_around(std::size_t index) const -> std::array<std::ptrdiff_t, std::size_t(kNeighbours)> {
+  if (has_cut_) {
+    Cell<D> lower = cell_at(index);
+    for (int& c : lower) --c;
+    return places<3>(lower);
+  }
+  struct Around {
+    std::uint8_t other, place;   // in the list of neighbours, and in that block
+  };
+  static constexpr auto kAround = [] {
+    std::array<std::array<Around, std::size_t(kNeighbours)>, std::size_t(kCells)> all{};
+    for (int local = 0; local < kCells; ++local)
+      for (int n = 0; n < kNeighbours; ++n) {
+        int other = kNeighbours / 2, place = 0;
+        for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) {
+          const int shift = 2 * (D - 1 - a), at = (local >> shift & (kEdge - 1)) + rest % 3 - 1;
+          other += at < 0 ? -kStep[std::size_t(a)] : at >= kEdge ? kStep[std::size_t(a)] : 0;
+          place += (at & (kEdge - 1)) << shift;
+        }
+        all[std::size_t(local)][std::size_t(n)] = {std::uint8_t(other), std::uint8_t(place)};
+      }
+    return all;
+  }();
+  const auto& neighbours = neighbours_[index / kCells];
+  const auto& around = kAround[index % kCells];
+  std::array<std::ptrdiff_t, std::size_t(kNeighbours)> found;
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    const std::int32_t s = neighbours[around[n].other];
+    found[n] = s < 0 ? kAbsent : std::ptrdiff_t(s) * kCells + around[n].place;
   }
   return found;
 }
