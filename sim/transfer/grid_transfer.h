@@ -68,8 +68,8 @@ class GridTransfer {
               const After& after = {}) const;
   /// After motion, push-out and corrections: scales coefficients of modes with a g factor so that no mode's energy grew on the way from
   /// `from` (Carry::limited), or only where the stencil at `from` has a node lighter than kLightNode in `mass`, that step's (Carry::hybrid).
-  /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled. Particles must
-  /// lie in the order that `ranges` was of at the departure; with empty ranges they may lie in any, and it takes longer.
+  /// Quadratic kernel only: a scene with another carry than fixed is refused otherwise. Returns how many coefficients it scaled. `ranges` are of
+  /// the places in `from`, in the order in which particles still lie; with empty ranges they may lie in any, and it takes longer.
   std::int64_t limit(const CellRanges& ranges, const ActiveBlocks<D>& blocks, const Departure<D, Real>& from, const Mass& mass, Carry,
                      Particles<D, Real>&) const;
   /// The grid velocity [m/s] at a site inside the domain, interpolated with the kernel.

@@ -377,10 +377,16 @@ std::int64_t GridTransfer<Layout>::limit(const CellRanges& ranges, const ActiveB
   return base::ordered_reduce(ranges.occupied.size(), 1, std::int64_t{0}, [&](std::size_t b, std::size_t) {
     const Cell<D> block = blocks.lattice().block_at(ranges.occupied[b]);
     const LeastMasses<Layout> least(blocks, block, mass);
-    return limit_some(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], [&](int l, const Stencil<Weights, D>& stencil) {
-      const std::ptrdiff_t place = least.place(stencil);
-      return place < 0 ? look_up(l, stencil) : least.at(l, place) < light;
-    });
+    std::int64_t scaled = 0;
+    for (std::size_t home = b * per_block; home < (b + 1) * per_block; ++home) {
+      const std::size_t begin = ranges.begin[home], end = ranges.begin[home + 1];
+      if (begin == end || !(least.at_home(ranges.home, int(home % per_block)) < light)) continue;   // in most of a liquid
+      scaled += limit_some(begin, end, [&](int l, const Stencil<Weights, D>& stencil) {
+        const std::ptrdiff_t place = least.place(stencil);
+        return place < 0 ? look_up(l, stencil) : least.at(l, place) < light;
+      });
+    }
+    return scaled;
   }, add);
 }
 

@@ -55,6 +55,23 @@ class LeastMasses {
     return place;
   }
   Real at(int lattice, std::ptrdiff_t place) const { return least_[std::size_t(lattice)][std::size_t(place)]; }
+  /// The least of all stencils that particles of a cell, or nearest to a node, may have; `local` is its place in the block.
+  Real at_home(Home home, int local) const {
+    const Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
+    Real least = least_[0][0];
+    for (int l = 0; l < Layout::kLattices; ++l)
+      for (int upper = 0; upper < 1 << D; ++upper) {   // by axis: from the node at the cell's lower side on, and not from the one before
+        std::size_t place = 0;
+        bool one = true;   // on a middle, and around a nearest node, all have the lower one
+        for (int a = 0; a < D; ++a) {
+          const int up = upper >> a & 1;
+          one = one && !(up && (home == Home::nearest_node || Layout::centred(l, a)));
+          place = place * kEdge + std::size_t(at[a] + up);
+        }
+        if (one) least = l == 0 && upper == 0 ? least_[0][place] : std::min(least, least_[std::size_t(l)][place]);
+      }
+    return least;
+  }
 
  private:
   static constexpr std::size_t kPlaces = std::size_t(int_power(kEdge, D));
