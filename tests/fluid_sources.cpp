@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 
+#include "sim/fluid/sources.h"
 #include "sim/simulation.h"
+#include "sim/transfer/dimension.h"
 #include "sim/watch.h"
 #include "tests/threads.h"
 
@@ -207,6 +209,20 @@ TEST(FluidSources, WhoIsBornDoesNotDependOnTheLengthOfSteps) {
     ASSERT_LE((a.position[p] - b.position[p]).norm(), 1e-6f) << a.id[p];
   }
   EXPECT_GT(inside, 400);
+}
+
+// Rows of a lattice that moves along the diagonal meet the periodic side exactly, where the two images round differently.
+TEST(FluidSources, ARowThatMeetsAPeriodicSideIsBornOnce) {
+  Scene scene = room(2);
+  scene.options.boundary[1] = {Side::periodic, Side::periodic};
+  constexpr std::size_t kRows = 16;
+  for (const double speed : {0.3, 0.7, 1.1}) {
+    scene.sources = {source({Vec3(0.1, 0, 0), Vec3(0.3, 0.4, 0)}, Vec3(speed, speed, 0))};
+    const Solids<2> solids(scene, lattice_of<2>(scene.options));
+    const Sources<2> sources(scene, solids);
+    const double layer = 0.5 * scene.options.cell / speed;   // [s]
+    for (int n = 1; n <= 40; ++n) EXPECT_EQ(sources.pour(0, (n - 1) * layer, n * layer).size(), kRows) << n << " of " << speed;
+  }
 }
 
 TEST(FluidSources, AnyNumberOfThreadsAndARestartGiveTheSameBits) {

@@ -60,43 +60,41 @@ double advect_in(const MacTransfer<D, Real>& transfer, const ActiveBlocks<D>& bl
   const Real cells = Real(dt / solids.cell);   // per m/s
   const bool thin = solids.has_thin();
   std::atomic<Real> longest = 0;   // square of it: the same whoever comes first
-  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) {
-    in_near_field(transfer, blocks, velocity, ranges, b, [&](std::size_t begin, std::size_t end, auto& near) {
-      // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
-      Sites<D, Real> from, sites;
-      AtSites<D, Real> first, second, third;
-      Real farthest = 0;
-      for (; begin < end; begin += from.count) {
-        from.load(particles, begin, end);
-        const auto steps_at = [&](const Sites<D, Real>& at, AtSites<D, Real>& found) {
-          near.velocities(at, found);
-          for (int a = 0; a < D; ++a)
-            for (std::size_t k = 0; k < at.count; ++k) found.value[a][k] *= cells;
-        };
-        const auto steps_after = [&](Real part, const AtSites<D, Real>& steps, AtSites<D, Real>& found) {
-          move(from, part, steps, sites);
-          keep_inside(sites, solids.lattice);
-          steps_at(sites, found);
-        };
-        steps_at(from, first);
-        steps_after(Real(0.5), first, second);
-        if constexpr (kStages == 3) {
-          steps_after(Real(0.75), second, third);
-          for (int a = 0; a < D; ++a)
-            for (std::size_t k = 0; k < sites.count; ++k)
-              second.value[a][k] = (Real(2) * first.value[a][k] + Real(3) * second.value[a][k] + Real(4) * third.value[a][k]) / Real(9);
-        }
-        move(from, Real(1), second, sites);
-        for (std::size_t k = 0; k < sites.count; ++k) {
-          farthest = std::max(farthest, second[k].squaredNorm());
-          Site<D, Real> site = sites[k];
-          if (thin) solids.stop_in_thin(from[k], dt, site);
-          particles.cell[begin + k] = solids.lattice.wrapped(site.cell);
-          particles.offset[begin + k] = site.offset;
-        }
+  with_near_field(transfer, blocks, velocity, ranges, particles.size(), [&](std::size_t begin, std::size_t end, auto& near) {
+    // Stage by stage for some particles at a time: one particle's stages wait for each other, those of many do not.
+    Sites<D, Real> from, sites;
+    AtSites<D, Real> first, second, third;
+    Real farthest = 0;
+    for (; begin < end; begin += from.count) {
+      from.load(particles, begin, end);
+      const auto steps_at = [&](const Sites<D, Real>& at, AtSites<D, Real>& found) {
+        near.velocities(at, found);
+        for (int a = 0; a < D; ++a)
+          for (std::size_t k = 0; k < at.count; ++k) found.value[a][k] *= cells;
+      };
+      const auto steps_after = [&](Real part, const AtSites<D, Real>& steps, AtSites<D, Real>& found) {
+        move(from, part, steps, sites);
+        keep_inside(sites, solids.lattice);
+        steps_at(sites, found);
+      };
+      steps_at(from, first);
+      steps_after(Real(0.5), first, second);
+      if constexpr (kStages == 3) {
+        steps_after(Real(0.75), second, third);
+        for (int a = 0; a < D; ++a)
+          for (std::size_t k = 0; k < sites.count; ++k)
+            second.value[a][k] = (Real(2) * first.value[a][k] + Real(3) * second.value[a][k] + Real(4) * third.value[a][k]) / Real(9);
       }
-      for (Real seen = longest; farthest > seen && !longest.compare_exchange_weak(seen, farthest);) {}
-    });
+      move(from, Real(1), second, sites);
+      for (std::size_t k = 0; k < sites.count; ++k) {
+        farthest = std::max(farthest, second[k].squaredNorm());
+        Site<D, Real> site = sites[k];
+        if (thin) solids.stop_in_thin(from[k], dt, site);
+        particles.cell[begin + k] = solids.lattice.wrapped(site.cell);
+        particles.offset[begin + k] = site.offset;
+      }
+    }
+    for (Real seen = longest; farthest > seen && !longest.compare_exchange_weak(seen, farthest);) {}
   });
   return std::sqrt(double(longest.load()));
 }

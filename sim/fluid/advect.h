@@ -6,8 +6,9 @@
 namespace sim {
 
 /// Explicit motion over dt [s] in a field that stands still: the midpoint rule, x += dt v(x + dt/2 v(x)), or three stages of third order
-/// [Ralston62]. Who leaves through a periodic side comes in at the other; who leaves through a wall is push_out's. Particles lie in the order
-/// that `ranges` is of, though some may have moved since. Returns the longest way of a particle [cells].
+/// [Ralston62]. Who leaves through a periodic side comes in at the other; who leaves through a wall is push_out's. Particles whose order
+/// `ranges` still is, though some may have moved since, go a block at a time; with empty ranges they may lie in any. Returns the longest way of a
+/// particle [cells].
 template <int D, class Real>
 double advect(const MacTransfer<D, Real>&, const ActiveBlocks<D>&, const FaceField<D, Real>& velocity, double dt, Advection, const Solids<D>&,
             const CellRanges& ranges, Particles<D, Real>&);

@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "sim/effects/gravity.h"
 #include "sim/effects/potential.h"
+#include "sim/fluid/births.h"
 #include "sim/fluid/energy_watch.h"
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
@@ -52,7 +53,7 @@ class Liquid final : public Simulation {
   Liquid(const Scene& scene, double fps)
       : options_(scene.options), fps_(fps), gravity_(gravity(scene)), solids_(scene, lattice_of<D>(scene.options)),
         sources_(scene, solids_, kShortestStep / fps), particles_(seed_particles<D, Real>(scene, solids_.lattice, solids_, int(modes(options_).size()))),
-        poured_(sources_, particles_.size()), step_(options_, solids_, !fills_the_domain(particles_, solids_), &sources_),
+        births_(sources_, solids_, options_, downhill(gravity_, options_), particles_.size()), step_(options_, solids_, !fills_the_domain(particles_, solids_), &sources_),
         particle_volume_(std::pow(options_.cell, D) / double(options_.particles_per_cell)) {
     pour(0);
     clear_counts();
@@ -93,89 +94,24 @@ class Liquid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.particles_, s.solids_, s.poured_, s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_,
+    return std::tie(s.particles_, s.solids_, s.births_.given(), s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_,
                     s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_, s.collider_work_, s.gravity_work_, s.largest_cfl_);
   }
 
-  /// What sources have given.
-  struct Poured {
-    std::vector<double> until;        // [s] of each source; below its start before it begins
-    std::int64_t next_id;
-    std::int64_t count = 0;           // since the frame before
-    double energy = 0;                // [J] likewise
-    Poured(const Sources<D>& sources, std::size_t seeded) : until(std::size_t(sources.count()), -1), next_id(std::int64_t(seeded)) {}
-  };
-  using Born = typename Sources<D>::Born;
-
-  /// Gives what has come in by `time` [s] since the last time. A source that has begun since then was full at once, but for cells that hold a
-  /// particle now. Returns the number of births.
+  /// What sources have given by `time` [s] becomes particles. Returns how many were due.
   std::size_t pour(double time) {
-    std::vector<Born> born;
-    for (int s = 0; s < sources_.count(); ++s) {
-      double& until = poured_.until[std::size_t(s)];
-      if (!sources_.has_begun(s, time)) continue;
-      if (until < sources_.start(s)) {
-        until = sources_.start(s);
-        std::vector<Cell<D>> taken;
-        for (const Cell<D>& cell : particles_.cell)
-          if (sources_.holds(s, cell)) taken.push_back(cell);
-        std::sort(taken.begin(), taken.end());
-        for (const Born& b : sources_.fill(s, time))
-          if (!std::binary_search(taken.begin(), taken.end(), cell_at(b.seed))) born.push_back(b);
-      }
-      const std::vector<Born> came = sources_.pour(s, until, time);
-      born.insert(born.end(), came.begin(), came.end());
-      until = std::max(until, time);
-    }
-    std::sort(born.begin(), born.end());
-    bear(born);
+    const auto born = births_.until(time, particles_);
+    if (const std::size_t after = particles_.size() + born.size(); double(after) > kMostParticles)
+      throw Unstable(frame_ + 1, {"step", fmt::format("sources make {} particles; at most {:.3g} are possible", after, kMostParticles), "end them earlier"});
+    const double before = births_.given().energy;
+    births_.bear(born, particles_);
+    if (options_.audit && !born.empty()) step_.audit().add("source", births_.given().energy - before);
     return born.size();
   }
   void pour(double time, base::Ledger& ledger) {
     if (sources_.count() == 0) return;
     auto pass = ledger.pass("source", 0);
     pass.count(std::int64_t(pour(time) * (sizeof(Cell<D>) + sizeof(Vec<D, Real>) + sizeof(std::int64_t) + particles_.row() * sizeof(Real))));
-  }
-
-  static Cell<D> cell_at(const Vec<D, double>& place) {
-    Cell<D> cell;
-    for (int a = 0; a < D; ++a) cell[std::size_t(a)] = int(std::floor(place[a]));
-    return cell;
-  }
-
-  /// Gives them the next ids, in their order. Who would be in a collider, or is out of an open side at once, is not born.
-  void bear(const std::vector<Born>& born) {
-    if (born.empty()) return;
-    particles_.settle();
-    const std::size_t before = particles_.size(), after = before + born.size();
-    if (double(after) > kMostParticles)
-      throw Unstable(frame_ + 1, {"step", fmt::format("sources make {} particles; at most {:.3g} are possible", after, kMostParticles), "end them earlier"});
-    if (after > particles_.id.capacity()) {   // a little more each time, for vectors that grow by themselves double
-      const std::size_t room = after + after / 8;
-      particles_.cell.reserve(room), particles_.offset.reserve(room), particles_.id.reserve(room), particles_.coefficients.reserve(room * particles_.row());
-    }
-    const double energy_before = poured_.energy;
-    for (const Born& b : born) {
-      const std::int64_t id = poured_.next_id++;
-      Moving<D, Real> particle{{solids_.lattice.wrapped(cell_at(b.place)), {}}, Vec<D, Real>::Zero()};
-      base::Vec3 at = options_.domain.lower;
-      for (int a = 0; a < D; ++a) {
-        const double within = b.place[a] - std::floor(b.place[a]);
-        particle.site.offset[a] = std::min(Real(within), std::nextafter(Real(1), Real(0)));
-        at[a] += options_.cell * (particle.site.cell[std::size_t(a)] + within);
-      }
-      if (any_holds(solids_.shapes, at)) continue;
-      solids_.push_out(particle);
-      if (!solids_.lattice.inside(particle.site.cell)) continue;
-      const base::Vec3 velocity = sources_.velocity(b.source);
-      particles_.cell.push_back(particle.site.cell), particles_.offset.push_back(particle.site.offset), particles_.id.push_back(id);
-      const std::size_t row = particles_.coefficients.size();
-      particles_.coefficients.resize(row + particles_.row(), Real(0));
-      for (int a = 0; a < D; ++a) particles_.component(particles_.size() - 1, a)[0] = Real(velocity[a]);
-      poured_.energy += particles_.mass * (0.5 * velocity.squaredNorm() + energy_of_place<D>(b.place, downhill(gravity_, options_), options_));
-    }
-    poured_.count += std::int64_t(particles_.size() - before);
-    if (options_.audit) step_.audit().add("source", poured_.energy - energy_before);
   }
 
   static std::vector<ModeIndex<D>> modes(const Options& o) { return mode_set<D>(o.transfer, o.kernel, o.modes); }
@@ -190,7 +126,7 @@ class Liquid final : public Simulation {
   double step(double left, base::Ledger& ledger) {
     const bool reflects = options_.splitting == Splitting::reflection && watch_.reflects() && restraint_.modes == 0;
     const double start = time() + (1 / fps_ - left);
-    const double poured_before = poured_.energy;
+    const double poured_before = births_.given().energy;
     sources_.begin_step(start, solids_);
     const Motion motion = motion_of_particles(ledger);
     check_finite(motion);
@@ -216,7 +152,7 @@ class Liquid final : public Simulation {
     }
     add_work(solid_work());
     pour(dt >= left ? double(frame_) / fps_ : start + dt, ledger);
-    watch_.add_work(poured_.energy - poured_before);
+    watch_.add_work(births_.given().energy - poured_before);
     if (const base::Vec3 along = along_periodic_axes(gravity_); !along.isZero(0)) {   // there is no floor, unless a collider makes one
       const double fall = 0.5 * dt * particles_.mass * along.dot(motion.momentum + motion_of_particles(ledger).momentum);   // [J]
       gravity_work_ += fall;
@@ -315,7 +251,7 @@ class Liquid final : public Simulation {
   void clear_counts() {
     substeps_ = 0, splitting_fallbacks_ = 0, steps_by_motion_ = 0, steps_by_impact_ = 0;
     collider_work_ = 0, gravity_work_ = 0, largest_cfl_ = 0;
-    poured_.count = 0, poured_.energy = 0;
+    births_.given().clear();
   }
 
   /// Kinetic and potential energy [J], for the watch: without the mean flow along periodic axes, which a projection can neither feed nor brake where
@@ -377,7 +313,7 @@ class Liquid final : public Simulation {
   Solids<D> solids_;
   Sources<D> sources_;
   Particles<D, Real> particles_;
-  Poured poured_;
+  Births<D, Real> births_;
   FluidStep<D, Real> step_;
   double particle_volume_;            // [m^3]; of a slab one metre deep in two dimensions
   EnergyWatch watch_;                 // used where the splitting reflects
@@ -435,7 +371,7 @@ Totals Liquid<D, Real>::totals() const {
   t.substeps = substeps_;
   t.pushed_out = counts.pushed_out;
   t.left = counts.left;
-  t.poured = poured_.count, t.poured_energy = poured_.energy;
+  t.poured = births_.given().count, t.poured_energy = births_.given().energy;
   t.imbalance = counts.imbalance;
   t.dropped_modes = counts.dropped_modes;
   t.limited_modes = counts.limited_modes;
@@ -473,8 +409,8 @@ State Liquid<D, Real>::state() const {
   if (options_.volume_correction > 0)
     s.columns.push_back(make_column<double>("volume_correction", std::vector<double>{aim_, uncorrected_.steps, uncorrected_.times}, 1));
   if (sources_.count() > 0) {
-    s.columns.push_back(make_column<double>("poured_until", poured_.until, 1));
-    s.columns.push_back(make_column<std::int64_t>("next_id", std::vector<std::int64_t>{poured_.next_id}, 1));
+    s.columns.push_back(make_column<double>("poured_until", births_.given().until, 1));
+    s.columns.push_back(make_column<std::int64_t>("next_id", std::vector<std::int64_t>{births_.given().next_id}, 1));
   }
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
@@ -503,7 +439,7 @@ void Liquid<D, Real>::restore(const State& s) {
   if (!watch.empty()) watch_.restore(watch.front());
   if (!correction.empty()) aim_ = correction[0], uncorrected_ = {correction[1], correction[2]};
   pressure_ = std::move(pressure);
-  poured_.until = std::move(until), poured_.next_id = next_id.front();
+  births_.given().until = std::move(until), births_.given().next_id = next_id.front();
   frame_ = s.frame;
   solids_.move_to(time());
   step_.clear_counts();

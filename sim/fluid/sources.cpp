@@ -203,6 +203,9 @@ auto Sources<D>::fill(int source, double now) const -> std::vector<Born> {
   return all;
 }
 
+/// [cells] A row of places that meets a periodic side exactly has an image at the other one, and rounding must not put both outside.
+constexpr double kRounding = 1e-9;
+
 template <int D>
 auto Sources<D>::pour(int source, double from, double to) const -> std::vector<Born> {
   const Source& s = one(source);
@@ -222,7 +225,7 @@ auto Sources<D>::pour(int source, double from, double to) const -> std::vector<B
       const double crossed = (plane - seed[axis]) / s.way[axis];   // [s] since it began
       if (!(crossed > first && crossed <= last)) return;
       for (int a = 0; a < D; ++a)
-        if (a != axis && int(std::floor(seed[a] + crossed * s.way[a])) != cell[std::size_t(a)]) return;
+        if (a != axis && int(std::floor(seed[a] + crossed * s.way[a] + kRounding)) != cell[std::size_t(a)]) return;
       Vec<D, double> place = seed + now * s.way;   // behind the side that it has crossed, whatever rounding says
       place[axis] = s.way[axis] > 0 ? std::max(place[axis], plane) : std::min(place[axis], std::nextafter(plane, -1.0));
       all.push_back({s.start + crossed, source, seed, place});

@@ -149,6 +149,26 @@ class NearField {
   [[no_unique_address]] std::conditional_t<kHasLanes, lanes::NearFaces, Nothing> near_;
 };
 
+/// The field itself, for places of any block.
+template <class Layout>
+class FarField {
+ public:
+  static constexpr int D = Layout::kDimension;
+  using Real = typename Layout::Real;
+
+  FarField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const typename Layout::Field& field)
+      : transfer_(transfer), blocks_(blocks), field_(field) {}
+  /// [m/s] at sites.
+  void velocities(const Sites<D, Real>& sites, AtSites<D, Real>& found) const {
+    for (std::size_t k = 0; k < sites.count; ++k) found.set(k, transfer_.velocity_at(blocks_, field_, sites[k]));
+  }
+
+ private:
+  const GridTransfer<Layout>& transfer_;
+  const ActiveBlocks<D>& blocks_;
+  const typename Layout::Field& field_;
+};
+
 /// Calls body(begin, end, near) for the particles of a block, number `b` of those occupied, with the NearField of the block. Particles must be stored
 /// in the order that `ranges` is of, though they may have moved since.
 template <class Layout, class Body>
@@ -161,6 +181,18 @@ void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layo
   };
   if (transfer.kernel() == Kernel::linear) in(LinearWeights<typename Layout::Real>{});
   else in(QuadraticWeights<typename Layout::Real>{});
+}
+
+/// The same for all particles, in parallel; with empty ranges, for particles in any order, of the field itself.
+template <class Layout, class Body>
+void with_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
+                     const CellRanges& ranges, std::size_t particles, const Body& body) {
+  if (ranges.occupied.empty()) {
+    FarField<Layout> far(transfer, blocks, field);
+    base::parallel_chunks(particles, 4096, [&](std::size_t begin, std::size_t end) { body(begin, end, far); });
+    return;
+  }
+  base::parallel_chunks(ranges.occupied.size(), 1, [&](std::size_t b, std::size_t) { in_near_field(transfer, blocks, field, ranges, b, body); });
 }
 
 }  // namespace sim
