@@ -1,5 +1,6 @@
 # Code generation is the same everywhere: x86-64-v3, no fast-math, no contraction the source does not ask for,
-# so that a build on one machine gives the bits of another.
+# so that a build on one machine gives the bits of another. Nobody waits for floating-point traps: no value depends on that, and loops with a choice
+# in them, or a floor, become vectors.
 add_library(polypic_options INTERFACE)
 target_compile_options(polypic_options INTERFACE
   -march=x86-64-v3 -ffp-contract=off -fno-math-errno -fno-trapping-math -Wall -Wextra -Wshadow -Werror

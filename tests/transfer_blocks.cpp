@@ -67,24 +67,35 @@ template <int D>
 void expect_places_around(const ActiveBlocks<D>& blocks) {
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (!blocks.is_place(i)) continue;
-    Cell<D> lower = blocks.cell_at(i);
-    for (int& c : lower) --c;
-    ASSERT_EQ(blocks.places_around(i), blocks.template places<3>(lower)) << i;
+    const auto found = blocks.places_around(i);
+    for (int k = 0; k < int(found.size()); ++k) {
+      Cell<D> at = blocks.cell_at(i);
+      for (int a = D - 1, rest = k; a >= 0; --a, rest /= 3) at[std::size_t(a)] += rest % 3 - 1;
+      ASSERT_EQ(found[std::size_t(k)], blocks.index(at)) << i;
+    }
   }
 }
 
-TEST(Blocks, PlacesAroundOneAreThoseOfAStencil) {
+template <int D>
+void expect_places_around_some() {
+  ActiveBlocks<D> some(lattice_of<D>(24));   // with absent ones around
+  Cell<D> one, other;
+  one.fill(1), other.fill(4), other[0] = 3;
+  CellRanges ranges;
+  ranges.occupied = {some.lattice().block_key(one), some.lattice().block_key(other)};
+  for (std::uint32_t p = 0; p <= 2 * Lattice<D>::kCellsPerBlock; ++p) ranges.begin.push_back(p);
+  some.cover(ranges, 3);
+  expect_places_around(some);
+}
+
+TEST(Blocks, PlacesAroundOneAreThoseBeside) {
   for (const bool periodic : {false, true})
     for (const int edge : {1, 4, 6, 8, 12}) {
       expect_places_around(ActiveBlocks<2>::whole(lattice_of<2>(edge, periodic)));
       expect_places_around(ActiveBlocks<3>::whole(lattice_of<3>(edge, periodic)));
     }
-  ActiveBlocks<2> some(lattice_of<2>(40));   // with absent ones around
-  CellRanges ranges;
-  ranges.occupied = {some.lattice().block_key({2, 3}), some.lattice().block_key({6, 1})};
-  for (std::uint32_t p = 0; p <= 32; ++p) ranges.begin.push_back(p);
-  some.cover(ranges, 3);
-  expect_places_around(some);
+  expect_places_around_some<2>();
+  expect_places_around_some<3>();
 }
 
 /// Every place that a stencil of a particle in the block may reach is in the tile, at its place.

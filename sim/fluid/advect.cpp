@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kChunk = 4096;
 
-/// Where all get to by part times steps [cells], as Site::move has it. No branch, or the compiler would not take them together.
+/// Where all get to by part times steps [cells].
 template <int D, class Real>
 void move(const Sites<D, Real>& from, Real part, const AtSites<D, Real>& steps, Sites<D, Real>& to) {
   to.count = from.count;
@@ -23,9 +23,10 @@ void move(const Sites<D, Real>& from, Real part, const AtSites<D, Real>& steps, 
     int* __restrict const to_cell = to.cell[a];
     Real* __restrict const to_offset = to.offset[a];
     for (std::size_t k = 0; k < from.count; ++k) {
-      const Real moved = offset[k] + part * step[k], whole = std::floor(moved), rest = moved - whole, one = std::floor(rest);
-      to_cell[k] = cell[k] + int(whole) + int(one);
-      to_offset[k] = rest - one;
+      int at = cell[k];
+      Real within = offset[k];
+      move_along(at, within, part * step[k]);
+      to_cell[k] = at, to_offset[k] = within;
     }
   }
 }

@@ -51,7 +51,7 @@ class GridTransfer {
   /// How particles must be sorted for the fast path; sorted otherwise they take the plain one.
   Home home() const { return Layout::kLattices == 1 && kernel_ == Kernel::quadratic ? Home::nearest_node : Home::cell; }
   bool is_fast() const { return kernels_.scatter != nullptr; }
-  /// The fast path of NearField; null: the plain one.
+  /// What NearField's fast path calls; null: there is none.
   lanes::Interpolate interpolation() const { return interpolation_; }
 
   /// P2G: masses and velocities from particles in canonical order. Each block sums its particles in an array of its own; the blocks'

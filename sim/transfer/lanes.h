@@ -4,7 +4,8 @@
 // single precision, for the mode sets that have a name: 1, 4 and 8 modes, and with the quadratic kernel 10 (total degree 2) and 27. Everything else
 // runs the plain path of grid_transfer_bodies.h, which is the reference.
 //
-// No sum is over lanes, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the same bits.
+// A sum over lanes stays within four that follow each other, and a multiply is fused with an addition where the source says so: AVX2 and AVX-512 give the
+// same bits.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -61,7 +62,7 @@ struct MovingKernels {
 };
 
 /// Velocities on the faces around a block, which the quadratic kernel interpolates at places in the block's cells and kReach around. What places of a
-/// cell read is put together when the first of them asks.
+/// cell read is put together when the first of them asks; it is of one field.
 struct NearFaces {
   static constexpr int kReach = 1, kCells = Lattice<3>::kBlock + 2 * kReach, kEdge = kCells + 3;   // of cells and faces, along each axis
   const float* velocity = nullptr;                                 // x, y, z, kEdge^3 numbers each, from two places before the block on
@@ -71,14 +72,14 @@ struct NearFaces {
   alignas(64) float read[kCells * kCells * kCells][9][16];
 };
 /// Some of these places, by axis. Numbers behind `count`, up to a multiple of four, are read too.
-inline constexpr std::size_t kPlaces = 64;
+inline constexpr std::size_t kMostPlaces = 64;
 struct Places {
   std::size_t count = 0;
-  alignas(64) std::uint32_t cell[kPlaces];                         // its number among those of NearFaces
-  const float (*offset)[kPlaces] = nullptr;
+  alignas(64) std::uint32_t cell[kMostPlaces];                         // its number among those of NearFaces
+  const float (*offset)[kMostPlaces] = nullptr;
 };
 /// Writes the velocities at places, by component, and behind them what is nobody's.
-using Interpolate = void (*)(NearFaces&, const Places&, float (*velocity)[kPlaces]);
+using Interpolate = void (*)(NearFaces&, const Places&, float (*velocity)[kMostPlaces]);
 Interpolate interpolation();
 
 struct Kernels {

@@ -73,7 +73,7 @@ HWY_INLINE P along_own(const float (*read)[16], hn::Vec<Line> offset) {
   return own.weights() * sum(across.first(0), row(0), across.first(1), row(1), across.first(2), row(2));
 }
 
-void interpolate(NearFaces& near, const Places& places, float (*velocity)[kPlaces]) {
+void interpolate(NearFaces& near, const Places& places, float (*velocity)[kMostPlaces]) {
   if (!near.turned) turn(near);
   for (std::size_t p = 0; p < places.count; p += 4) {
     hn::Vec<Line> offset[4] = {hn::LoadU(kLine, places.offset[0] + p), hn::LoadU(kLine, places.offset[1] + p), hn::LoadU(kLine, places.offset[2] + p),

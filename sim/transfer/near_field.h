@@ -14,7 +14,7 @@ namespace sim {
 /// Some places, by axis. Those behind `count` are places too, of nobody.
 template <int D, class Real>
 struct Sites {
-  static constexpr std::size_t kMost = lanes::kPlaces;
+  static constexpr std::size_t kMost = lanes::kMostPlaces;
   std::size_t count = 0;
   alignas(64) int cell[D][kMost]{};
   alignas(64) Real offset[D][kMost]{};
@@ -36,7 +36,7 @@ struct Sites {
 /// A vector at each.
 template <int D, class Real>
 struct AtSites {
-  alignas(64) Real value[D][lanes::kPlaces];
+  alignas(64) Real value[D][lanes::kMostPlaces];
   Vec<D, Real> operator[](std::size_t k) const {
     Vec<D, Real> v;
     for (int a = 0; a < D; ++a) v[a] = value[a][k];
@@ -55,7 +55,8 @@ class NearField {
   static constexpr int kReach = lanes::NearFaces::kReach, kBefore = kReach + 1, kEdge = Lattice<D>::kBlock + 2 * kReach + n;   // stencils begin a node before a cell
   using Real = typename Layout::Real;
 
-  NearField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Field& field)
+  /// For so many particles.
+  NearField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Field& field, std::size_t particles)
       : transfer_(transfer), blocks_(blocks), field_(field) {
     for (int a = 0; a < D; ++a) {
       const int first = block[a] * Lattice<D>::kBlock;
@@ -63,6 +64,10 @@ class NearField {
       cells_[a] = unsigned(std::min(Lattice<D>::kBlock, blocks.lattice().cells[a] - first) + 2 * kReach);
     }
     load_tile<Layout, kEdge, kBefore>(blocks, block, field, values_.data());
+    if constexpr (kHasLanes) {
+      near_.velocity = values_.data();
+      if (particles >= kManyParticles) interpolation_ = transfer.interpolation();
+    }
   }
   /// Of a cell as it is counted from the block, images beyond a periodic side not wrapped.
   bool covers(const Cell<D>& cell) const {
@@ -73,7 +78,7 @@ class NearField {
   /// [m/s] at sites, covered or not.
   void velocities(const Sites<D, Real>& sites, AtSites<D, Real>& found) {
     if constexpr (kHasLanes)
-      if (transfer_.interpolation()) return by_lanes(sites, found);
+      if (interpolation_) return by_lanes(sites, found);
     for (std::size_t k = 0; k < sites.count; ++k) {
       const Site<D, Real> site = sites[k];
       found.set(k, covers(site.cell) ? at(site) : transfer_.velocity_at(blocks_, field_, site));
@@ -82,10 +87,12 @@ class NearField {
 
  private:
   static constexpr bool kHasLanes = D == 3 && n == 3 && Layout::kLattices == 3 && std::is_same_v<Real, float>;   // with the linear kernel they are no faster
+  static constexpr std::size_t kManyParticles = 64;                     // for fewer putting together takes longer than it saves
   static constexpr int kPlaces = int_power(kEdge, D), kLine = 4;
   using Line = Eigen::Array<Real, kLine, 1>;                            // a line of nodes and what follows it, which is not used
   struct Nothing {};
 
+  /// [m/s] at a site that is covered.
   [[gnu::always_inline]] Vec<D, Real> at(const Site<D, Real>& site) const {
     const ParticleStencils<Weights, Layout> stencils(site.cell, site.offset);
     Vec<D, Real> v;
@@ -134,8 +141,7 @@ class NearField {
       far = far | !covered;
     }
     for (std::size_t k = places.count; k % 4; ++k) places.cell[k] = 0;
-    near_.velocity = values_.data();
-    transfer_.interpolation()(near_, places, found.value);
+    interpolation_(near_, places, found.value);
     for (std::size_t k = 0; far && k < sites.count; ++k)
       if (const Site<D, Real> site = sites[k]; !covers(site.cell)) found.set(k, transfer_.velocity_at(blocks_, field_, site));
   }
@@ -146,6 +152,7 @@ class NearField {
   Cell<D> first_;                                                       // the node at index 0
   std::array<unsigned, D> cells_;                                       // that are covered along each axis
   std::array<Real, std::size_t(D * kPlaces + kLine - n)> values_{};     // by component; 0 where no block is active
+  lanes::Interpolate interpolation_ = nullptr;                          // null: plainly
   [[no_unique_address]] std::conditional_t<kHasLanes, lanes::NearFaces, Nothing> near_;
 };
 
@@ -176,8 +183,9 @@ void in_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layo
                    const CellRanges& ranges, std::size_t b, const Body& body) {
   constexpr std::size_t per_block = Lattice<Layout::kDimension>::kCellsPerBlock;
   const auto in = [&](auto weights) {
-    NearField<Layout, decltype(weights)> near(transfer, blocks, blocks.lattice().block_at(ranges.occupied[b]), field);
-    body(ranges.begin[b * per_block], ranges.begin[(b + 1) * per_block], near);
+    const std::size_t begin = ranges.begin[b * per_block], end = ranges.begin[(b + 1) * per_block];
+    NearField<Layout, decltype(weights)> near(transfer, blocks, blocks.lattice().block_at(ranges.occupied[b]), field, end - begin);
+    body(begin, end, near);
   };
   if (transfer.kernel() == Kernel::linear) in(LinearWeights<typename Layout::Real>{});
   else in(QuadraticWeights<typename Layout::Real>{});

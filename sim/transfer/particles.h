@@ -69,19 +69,23 @@ struct Particles {
   }
 };
 
+/// A place along an axis, moved by `step` [cells]: an offset that rounds to 1 becomes 0 of the next cell.
+template <class Real>
+[[gnu::always_inline]] inline void move_along(int& cell, Real& offset, Real step) {
+  const Real moved = offset + step, whole = std::floor(moved), rest = moved - whole;
+  const bool next = rest >= 1;
+  cell += int(whole) + int(next);
+  offset = next ? Real(0) : rest;
+}
+
 /// Where something is: cell and offset.
 template <int D, class Real>
 struct Site {
   Cell<D> cell;
   Vec<D, Real> offset;
-  /// Moves by `step` [cells]; an offset that rounds to 1 becomes 0 of the next cell.
+  /// Moves by `step` [cells].
   [[gnu::always_inline]] void move(const Vec<D, Real>& step) {
-    for (int a = 0; a < D; ++a) {
-      const Real moved = offset[a] + step[a], whole = std::floor(moved);
-      cell[a] += int(whole);
-      offset[a] = moved - whole;
-      if (offset[a] >= 1) offset[a] = 0, ++cell[a];
-    }
+    for (int a = 0; a < D; ++a) move_along(cell[a], offset[a], step[a]);
   }
 };
 

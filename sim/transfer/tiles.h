@@ -2,7 +2,9 @@
 // Dense copies of what lies around one block, for passes that go through its particles.
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstring>
+#include <limits>
 
 #include "sim/transfer/blocks.h"
 #include "sim/transfer/node_runs.h"
@@ -55,10 +57,11 @@ class LeastMasses {
     return place;
   }
   Real at(int lattice, std::ptrdiff_t place) const { return least_[std::size_t(lattice)][std::size_t(place)]; }
-  /// The least of all stencils that particles of a cell, or nearest to a node, may have; `local` is its place in the block.
+  /// The least of all stencils that particles of a cell, or on one lattice of those nearest to a node, may have; `local` is its place in the block.
   Real at_home(Home home, int local) const {
+    assert((home == Home::cell || Layout::kLattices == 1) && "the cells of a nearest node's particles are not known");
     const Cell<D> at = Lattice<D>::cell_in(Cell<D>{}, local);
-    Real least = least_[0][0];
+    Real least = std::numeric_limits<Real>::max();
     for (int l = 0; l < Layout::kLattices; ++l)
       for (int upper = 0; upper < 1 << D; ++upper) {   // by axis: from the node at the cell's lower side on, and not from the one before
         std::size_t place = 0;
@@ -68,7 +71,7 @@ class LeastMasses {
           one = one && !(up && (home == Home::nearest_node || Layout::centred(l, a)));
           place = place * kEdge + std::size_t(at[a] + up);
         }
-        if (one) least = l == 0 && upper == 0 ? least_[0][place] : std::min(least, least_[std::size_t(l)][place]);
+        if (one) least = std::min(least, least_[std::size_t(l)][place]);
       }
     return least;
   }
