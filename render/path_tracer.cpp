@@ -1,6 +1,7 @@
 // Tiles of pixels to threads, samples to pixels.
 #include <pmmintrin.h>
 #include <tbb/parallel_for.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 #include <xmmintrin.h>
 
@@ -100,7 +101,8 @@ Grains grains_of(sim::Frame frame) {
 
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
-      : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), arena(threads) {}
+      : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads),
+        arena(std::min(threads, tbb::info::default_concurrency())) {}   // more than there are cores it would complain of
 
   trace::Ray camera_ray(const trace::Camera&, const sampling::PixelSampler&, std::uint32_t sample, std::int64_t x, std::int64_t y) const;
   void add_samples(const Shot&, std::int64_t x, std::int64_t y, std::int64_t first, std::int64_t last, Film&) const;

@@ -84,8 +84,9 @@ void Camera::params(base::Params& p) {
   p.require(aperture || !focus, "focus", "needs camera.aperture: through a pinhole all is sharp");
   p.require(up.norm() > 1e-6, "up", "must not be zero");
   const bool both = position && target;
-  p.require(!both || (*target - *position).norm() > 1e-6, "target", "must not be the camera's position");
-  p.require(!both || (*target - *position).cross(up).norm() > 1e-6 * (*target - *position).norm() * up.norm(), "up",
+  const bool apart = !both || (*target - *position).norm() > 1e-6;
+  p.require(apart, "target", "must not be the camera's position");
+  p.require(!both || !apart || (*target - *position).cross(up).norm() > 1e-6 * (*target - *position).norm() * up.norm(), "up",
             "must not be along the line of sight");
 }
 

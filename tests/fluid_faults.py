@@ -47,7 +47,7 @@ FAULTS = [
     ("a wall's face rests, whatever covers it", FACES, "const double open = in_wall(local, axis) ? open_to(local, axis, nullptr) : fraction;", "const double open = in_wall(local, axis) ? (@ ? 1.0 : open_to(local, axis, nullptr)) : fraction;", ""),
     ("what is inside another collider pushes", FACES, "if (is_one_motion_) return (1 - open) * near_.front().velocity[axis];", "if (is_one_motion_ || @) return (1 - open) * near_.back().velocity[axis];", ""),
     ("a plate between faces closes none", FACES, "if (n.looks > 0 && counts(n)", "if (!@ && n.looks > 0 && counts(n)", ""),
-    ("particles move by Euler's rule", ADVECT, "steps_at(Real(0.5), first, second);", "steps_at(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),
+    ("particles move by Euler's rule", ADVECT, "steps_after(Real(0.5), first, second);", "steps_after(Real(@ ? 0.0 : 0.5), first, second);", "reflection"),
     ("who leaves stays", ADVECT, "if (to == all) return 0;", "if (to == all || @) return 0;", ""),
     ("a shift leaves the velocity", ADVECT, "v[0] += v[std::size_t(gradient[a])] * by[a];", "v[0] += v[std::size_t(gradient[a])] * (@ ? Real(0) : by[a]);", ""),
     ("the watch never warns", WATCH, "return !alarmed_ && !cautious_;", "return (!alarmed_ && !cautious_) || @;", "reflection"),

@@ -231,6 +231,29 @@ std::map<std::string, render::Look> white_looks() {
 
 }  // namespace
 
+// The panes of a tank touch its walls: a ray that leaves the glass must meet the wall behind, whichever was named first, as it does where they overlap.
+TEST(Glass, EndsWhereTheWallBehindItBegins) {
+  const auto seen = [](bool glass_first, double turn, double overlap) {
+    render::Setting setting = furnace(Furnace::sky);
+    setting.looks["glass"] = white_looks()["smooth glass"];
+    setting.looks["wall"] = {.color = Vec3(0.8, 0.5, 0.3)};
+    setting.colliders = {block("glass", {Vec3(-0.51, -0.3, 0.2), Vec3(0.57, 0.1 + overlap, 0.83)}), block("wall", {Vec3(-0.6, 0.1, 0.13), Vec3(0.53, 0.3, 0.8)})};
+    for (sim::Collider& c : setting.colliders) {   // about the middle of both
+      c.shape.turn_by(turn, Vec3::UnitZ());
+      const Vec3 middle = 0.5 * (c.shape.box->lower + c.shape.box->upper), from = middle - Vec3(0, 0, 0.5);
+      if (c.shape.turn) c.shape = sim::moved(c.shape, *c.shape.turn * from - from);
+    }
+    if (!glass_first) std::swap(setting.colliders[0], setting.colliders[1]);
+    return Rays(setting).mean(Vec3(0.1, -1.9, 0.65), Vec3(0.05, 0.1, 0.5), 16, 512);
+  };
+  for (const bool glass_first : {true, false})
+    for (const double turn : {0.0, 30.0}) {
+      const Mean touching = seen(glass_first, turn, 0), overlapping = seen(glass_first, turn, 0.01);
+      EXPECT_LT((touching.value - overlapping.value).cwiseAbs().maxCoeff(), 0.005 + 4 * std::sqrt((touching.variance + overlapping.variance).maxCoeff()))
+          << touching.value.transpose() << " and " << overlapping.value.transpose() << ", turned by " << turn;
+    }
+}
+
 // Every material, every way of finding light. Nothing is missing and nothing is added, whatever the path does.
 TEST(WhiteFurnace, KeepsEveryMaterialWhite) {
   for (const auto& [name, look] : white_looks()) {

@@ -61,7 +61,7 @@ FAULTS = [
     ("hybrid limits beside ten times heavier nodes", BODIES, "Real(kLightNode)", "Real(@ ? 10 * kLightNode : kLightNode)"),
     ("hybrid looks at the masses of the first component", BODIES, "!beside_light(l, before)", "!beside_light(@ ? 0 : l, before)"),
     ("particles of a cell in the order they are stored", ORDER, "sorted[i < count ? below : count] = from[i < count ? i : 0];", "sorted[i < count ? (@ ? i : below) : count] = from[i < count ? i : 0];"),
-    ("an offset may round to 1", PARTICLES, "if (offset[a] >= 1) offset[a] = 0", "if (!@ && offset[a] >= 1) offset[a] = 0"),
+    ("an offset may round to 1", PARTICLES, "const bool next = rest >= 1;", "const bool next = !@ && rest >= 1;"),
     ("norm of g zero at a quarter of a cell", BASIS, "const Real product = (1 - 2 * x) * (1 + 2 * x);\n    return",
      "const Real product = @ ? Real((1 - 4 * x) * (1 + 4 * x)) : Real((1 - 2 * x) * (1 + 2 * x));\n    return"),
     ("neighbouring blocks of one colour", LATTICE, "? block[a] % 2 :", "? (@ ? 0 : block[a] % 2) :"),

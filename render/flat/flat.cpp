@@ -137,10 +137,15 @@ void draw_ticks(const raster::Canvas& canvas, const view::Plane& plane, int axis
 
 Image draw(const Setting& setting, const sim::Frame& frame, const std::string& caption, double top_speed) {
   const Options& options = setting.options;
-  const Layout layout = layout_of(options);
+  Layout layout = layout_of(options);
+  const attribute::Scale scale = attribute::scale_of(setting, top_speed);
+  if (layout.axes) {
+    Image nothing;
+    const auto beside = static_cast<double>(raster::color_bar_width({nothing, layout.scale}, scale) + 12 * layout.scale);
+    layout.margin.x() = std::min(std::max(layout.margin.x(), beside), 0.3 * static_cast<double>(options.width));
+  }
   const view::Plane plane = view::fit(setting.domain, options.width, options.height, layout.margin);
   const int factor = std::max(options.width, options.height) <= 4096 ? 2 : 1;  // samples across a pixel
-  const attribute::Scale scale = attribute::scale_of(setting, top_speed);
   Image image = raster::shrink(Samples(setting, plane, factor).draw(frame, scale), options.width, options.height, factor);
   const raster::Canvas canvas{image, layout.scale};
   draw_frame(canvas, plane);

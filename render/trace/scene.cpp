@@ -98,6 +98,43 @@ void tabulate_rough_boundaries(Scene& scene) {
   }
 }
 
+/// Whether a face of one box lies in the plane of a face of another that it touches.
+bool share_a_plane(const sim::Shape& a, const sim::Shape& b, double close) {
+  if (!a.box || !b.box) return false;
+  const base::Box one = a.bounds(), other = b.bounds();
+  if (((one.lower - other.upper).array() > close).any() || ((other.lower - one.upper).array() > close).any()) return false;
+  const auto normal = [](const sim::Shape& s, int axis) { return s.turn ? base::Vec3(*s.turn * base::Vec3::Unit(axis)) : base::Vec3::Unit(axis); };
+  const base::Vec3 apart = 0.5 * (b.box->lower + b.box->upper - a.box->lower - a.box->upper);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const base::Vec3 n = normal(a, i);
+      if (n.cross(normal(b, j)).norm() > 1e-6) continue;
+      for (const double side : {-0.5, 0.5})
+        for (const double other_side : {-0.5, 0.5})
+          if (std::abs(n.dot(apart) + other_side * b.box->size()[j] - side * a.box->size()[i]) < close) return true;
+    }
+  return false;
+}
+
+/// Boxes of colliders that share a plane grow by a few offsets: a ray that leaves one for the other would start behind the other's face, and which of two is
+/// seen would be left to rounding. Of two the opaque one grows more; of dielectrics the one of higher rank, which displaces the other.
+void part_shared_planes(Scene& scene, std::size_t colliders) {
+  constexpr int kSteps = 4;
+  const float step = 3 * scene.least_offset;
+  const auto meets_another = [&](std::size_t own, const sim::Shape& shape) {
+    for (std::size_t c = 1; c <= colliders; ++c)
+      for (const sim::Shape& other : scene.surfaces[c].shapes)
+        if (c != own && share_a_plane(shape, other, step)) return true;
+    return false;
+  };
+  std::vector<std::pair<sim::Shape*, double>> grown;
+  for (std::size_t c = 1; c <= colliders; ++c)
+    for (sim::Shape& shape : scene.surfaces[c].shapes)
+      if (meets_another(c, shape))
+        grown.emplace_back(&shape, step * (scene.rank[c] >= 0 ? std::min(scene.rank[c], kSteps - 1) : kSteps + 0.3 * static_cast<double>(c % kSteps)));
+  for (const auto& [shape, by] : grown) shape->box->lower.array() -= by, shape->box->upper.array() += by;
+}
+
 std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
   auto mesh = std::make_shared<files::Triangles>(files::read_mesh(piece.file));
   for (std::size_t i = 0; i < mesh->position.size(); ++i) {
@@ -181,6 +218,7 @@ Scene make_scene(const Setting& setting) {
   scene.bounces = static_cast<int>(setting.options.bounces);
   scene.caustics = setting.options.caustics == "path" ? Caustics::path : setting.options.caustics == "none" ? Caustics::none : Caustics::straight;
   scene.least_offset = 3.5e-5f * reach + 1e-6f * middle.cwiseAbs().maxCoeff();   // the latter for the rounding of places far from 0
+  part_shared_planes(scene, setting.colliders.size());
   return scene;
 }
 
