@@ -102,7 +102,7 @@ Grains grains_of(sim::Frame frame) {
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
       : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads),
-        arena(std::min(threads, tbb::info::default_concurrency())) {}   // more than there are cores it would complain of
+        arena(std::min(threads, tbb::info::default_concurrency())) {}   // TBB would complain of more
 
   trace::Ray camera_ray(const trace::Camera&, const sampling::PixelSampler&, std::uint32_t sample, std::int64_t x, std::int64_t y) const;
   void add_samples(const Shot&, std::int64_t x, std::int64_t y, std::int64_t first, std::int64_t last, Film&) const;

@@ -98,11 +98,11 @@ void tabulate_rough_boundaries(Scene& scene) {
   }
 }
 
-/// Whether a face of one box lies in the plane of a face of another that it touches.
-bool share_a_plane(const sim::Shape& a, const sim::Shape& b, double close) {
-  if (!a.box || !b.box) return false;
+/// Adds the axes of one box across which a face of it lies in the plane of a face of another that it touches.
+void add_shared(const sim::Shape& a, const sim::Shape& b, double close, std::array<bool, 3>& shared) {
+  if (!a.box || !b.box) return;
   const base::Box one = a.bounds(), other = b.bounds();
-  if (((one.lower - other.upper).array() > close).any() || ((other.lower - one.upper).array() > close).any()) return false;
+  if (((one.lower - other.upper).array() > close).any() || ((other.lower - one.upper).array() > close).any()) return;
   const auto normal = [](const sim::Shape& s, int axis) { return s.turn ? base::Vec3(*s.turn * base::Vec3::Unit(axis)) : base::Vec3::Unit(axis); };
   const base::Vec3 apart = 0.5 * (b.box->lower + b.box->upper - a.box->lower - a.box->upper);
   for (int i = 0; i < 3; ++i)
@@ -111,28 +111,27 @@ bool share_a_plane(const sim::Shape& a, const sim::Shape& b, double close) {
       if (n.cross(normal(b, j)).norm() > 1e-6) continue;
       for (const double side : {-0.5, 0.5})
         for (const double other_side : {-0.5, 0.5})
-          if (std::abs(n.dot(apart) + other_side * b.box->size()[j] - side * a.box->size()[i]) < close) return true;
+          if (std::abs(n.dot(apart) + other_side * b.box->size()[j] - side * a.box->size()[i]) < close) shared[static_cast<std::size_t>(i)] = true;
     }
-  return false;
 }
 
-/// Boxes of colliders that share a plane grow by a few offsets: a ray that leaves one for the other would start behind the other's face, and which of two is
-/// seen would be left to rounding. Of two the opaque one grows more; of dielectrics the one of higher rank, which displaces the other.
+/// Boxes of colliders that share a plane grow across it by a few offsets: a ray that leaves one for the other would start behind the other's face, and which
+/// of two is seen would be left to rounding. Of two the opaque one grows more; of dielectrics the one of higher rank, which displaces the other.
 void part_shared_planes(Scene& scene, std::size_t colliders) {
   constexpr int kSteps = 4;
-  const float step = 3 * scene.least_offset;
-  const auto meets_another = [&](std::size_t own, const sim::Shape& shape) {
-    for (std::size_t c = 1; c <= colliders; ++c)
-      for (const sim::Shape& other : scene.surfaces[c].shapes)
-        if (c != own && share_a_plane(shape, other, step)) return true;
-    return false;
-  };
-  std::vector<std::pair<sim::Shape*, double>> grown;
+  const double step = 3 * static_cast<double>(scene.least_offset);
+  std::vector<std::pair<sim::Shape*, base::Vec3>> grown;
   for (std::size_t c = 1; c <= colliders; ++c)
-    for (sim::Shape& shape : scene.surfaces[c].shapes)
-      if (meets_another(c, shape))
-        grown.emplace_back(&shape, step * (scene.rank[c] >= 0 ? std::min(scene.rank[c], kSteps - 1) : kSteps + 0.3 * static_cast<double>(c % kSteps)));
-  for (const auto& [shape, by] : grown) shape->box->lower.array() -= by, shape->box->upper.array() += by;
+    for (sim::Shape& shape : scene.surfaces[c].shapes) {
+      std::array<bool, 3> shared{};
+      for (std::size_t k = 1; k <= colliders; ++k)
+        for (const sim::Shape& other : scene.surfaces[k].shapes)
+          if (k != c) add_shared(shape, other, step, shared);
+      const double by = step * (scene.rank[c] >= 0 ? std::min(scene.rank[c], kSteps - 1) : kSteps + 0.3 * static_cast<double>(c % kSteps));
+      grown.emplace_back(&shape, by * base::Vec3(shared[0], shared[1], shared[2]));
+    }
+  for (const auto& [shape, by] : grown)
+    if (shape->box) shape->box->lower -= by, shape->box->upper += by;
 }
 
 std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
