@@ -1,7 +1,7 @@
 // Tiles of pixels to threads, samples to pixels.
 #include <pmmintrin.h>
-#include <tbb/parallel_for.h>
 #include <tbb/info.h>
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <xmmintrin.h>
 
@@ -101,8 +101,7 @@ Grains grains_of(sim::Frame frame) {
 
 struct PathTracer::Impl {
   Impl(const Setting& s, int threads)
-      : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads),
-        arena(std::min(threads, tbb::info::default_concurrency())) {}   // TBB would complain of more
+      : setting(s), options(s.options), scene(trace::make_scene(s)), geometry(scene.surfaces, threads), arena(threads) {}
 
   trace::Ray camera_ray(const trace::Camera&, const sampling::PixelSampler&, std::uint32_t sample, std::int64_t x, std::int64_t y) const;
   void add_samples(const Shot&, std::int64_t x, std::int64_t y, std::int64_t first, std::int64_t last, Film&) const;
@@ -246,7 +245,8 @@ void add_layer(const std::vector<float>& colors, Image& image) {
 
 }  // namespace
 
-PathTracer::PathTracer(const Setting& setting, int threads) : impl_(std::make_unique<Impl>(setting, threads)) {}
+PathTracer::PathTracer(const Setting& setting, int threads)
+    : impl_(std::make_unique<Impl>(setting, std::min(threads, tbb::info::default_concurrency()))) {}   // TBB complains of more
 PathTracer::~PathTracer() = default;
 
 Image PathTracer::trace(const surface::Mesh& mesh, std::int64_t frame, base::Ledger& ledger) { return trace(mesh, {}, frame, ledger); }

@@ -272,6 +272,16 @@ TEST(Flat, CaptionAndSpeedAtRestAreDrawn) {
   for (const float p : render::preview(setting, particles({Vec3f(0, 0.75f, 0)}, 0.1, 0), "", 0).pixels) ASSERT_TRUE(std::isfinite(p));
 }
 
+TEST(Flat, ALegendHasRoomBesideTheDomain) {
+  render::Setting setting = plane(Vec3(1.1, 1.25, 0), 640, 400);
+  setting.preview.color = "material";
+  setting.materials = {"pool, water_mpm", "heavy, dry_sand"};
+  const Window w = window_of(setting);
+  const render::Image image = empty_picture(setting);
+  for (std::int64_t y = w.top; y <= w.bottom; ++y)
+    for (std::int64_t x = w.left; x <= w.right; ++x) ASSERT_EQ(pixel(image, x, y), w.air) << x << ", " << y;
+}
+
 TEST(SceneLinear, IsUndoneByTheDisplaysCode) {
   render::Image image{.width = 256, .height = 1, .channels = {"R", "G", "B", "A"}, .pixels = {}};
   for (int i = 0; i < 256; ++i)

@@ -222,6 +222,7 @@ TEST(Labels, OfTicksTellThemApart) {
   EXPECT_EQ(render::raster::tick_label(0.2, 0.2), "0.2");
   EXPECT_EQ(render::raster::tick_label(3 * 0.1, 0.1), "0.3");
   EXPECT_EQ(render::raster::tick_label(0, 0.05), "0");
+  EXPECT_EQ(render::raster::tick_label(-0.0, 0.05), "0");
   EXPECT_EQ(render::raster::tick_label(10000.05, 0.05), "10000.05");
   EXPECT_EQ(render::raster::tick_label(123457.5, 0.5), "123457.5");
   EXPECT_EQ(render::raster::tick_label(-1e6, 2e5), "-1e+06");

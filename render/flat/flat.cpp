@@ -140,8 +140,7 @@ Image draw(const Setting& setting, const sim::Frame& frame, const std::string& c
   Layout layout = layout_of(options);
   const attribute::Scale scale = attribute::scale_of(setting, top_speed);
   if (layout.axes) {
-    Image nothing;
-    const auto beside = static_cast<double>(raster::color_bar_width({nothing, layout.scale}, scale) + 12 * layout.scale);
+    const auto beside = static_cast<double>(raster::color_bar_width(scale, layout.scale) + 12 * layout.scale);
     layout.margin.x() = std::min(std::max(layout.margin.x(), beside), 0.3 * static_cast<double>(options.width));
   }
   const view::Plane plane = view::fit(setting.domain, options.width, options.height, layout.margin);

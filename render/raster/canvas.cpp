@@ -75,10 +75,10 @@ std::string tick_label(double value, double step) {
   return number;
 }
 
-std::int64_t color_bar_width(const Canvas& canvas, const attribute::Scale& scale) {
-  std::int64_t width = 32 * canvas.scale;
-  for (const std::string& name : scale.names) width = std::max(width, canvas.width_of(name));
-  return width + 32 * canvas.scale;
+std::int64_t color_bar_width(const attribute::Scale& scale, int letters) {
+  std::int64_t width = 32;
+  for (const std::string& name : scale.names) width = std::max(width, static_cast<std::int64_t>(name.size()) * kGlyphWidth);
+  return (width + 32) * letters;
 }
 
 namespace {
@@ -86,7 +86,7 @@ namespace {
 /// A patch of each kind's colour before its name.
 void draw_legend(const Canvas& canvas, const attribute::Scale& scale, Labels& labels) {
   const std::int64_t s = canvas.scale, step = 18 * s;
-  const std::int64_t left = canvas.image.width - color_bar_width(canvas, scale);
+  const std::int64_t left = canvas.image.width - color_bar_width(scale, canvas.scale);
   std::int64_t y = (canvas.image.height - step * static_cast<std::int64_t>(scale.names.size())) / 2;
   for (std::size_t i = 0; i < scale.names.size(); ++i, y += step) {
     canvas.fill(left, y, 12 * s, 12 * s, scale.color(static_cast<float>(i)));
@@ -101,7 +101,7 @@ void draw_color_bar(const Canvas& canvas, const attribute::Scale& scale, Labels&
   if (!scale.names.empty()) return draw_legend(canvas, scale, labels);
   const Image& image = canvas.image;
   const std::int64_t s = canvas.scale, width = 12 * s, height = std::max<std::int64_t>(8 * s, image.height / 2);
-  const std::int64_t left = image.width - color_bar_width(canvas, scale), top = (image.height - height) / 2;
+  const std::int64_t left = image.width - color_bar_width(scale, canvas.scale), top = (image.height - height) / 2;
   const double low = scale.is_signed ? -scale.top : 0, range = scale.top - low;
   for (std::int64_t y = 0; y < height; ++y)
     canvas.fill(left, top + y, width, 1,

@@ -48,8 +48,8 @@ double tick_step(double range, double parts);
 /// A tick's value in as few digits as it takes.
 std::string tick_label(double value, double step);
 
-/// What the next one takes of a picture's width, from the right edge on.
-std::int64_t color_bar_width(const Canvas&, const attribute::Scale&);
+/// [pixels] From where draw_color_bar begins to the right edge, with letters of a size (Canvas::scale).
+std::int64_t color_bar_width(const attribute::Scale&, int letters);
 /// At the right edge, half as high as the picture, with the unit above it.
 void draw_color_bar(const Canvas&, const attribute::Scale&, Labels&);
 

@@ -2,7 +2,6 @@
 #include "render/trace/geometry.h"
 
 #include <embree3/rtcore.h>
-#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -312,8 +311,7 @@ Vec3f Geometry::Impl::tint(std::uint32_t surface, std::uint32_t grain) const {
 
 /// Slots that no worker may take are reserved: Embree cuts its work by slots, so the hierarchy is the same for any number of threads.
 void Geometry::Impl::build(int slots) {
-  const int workers = std::min(threads, tbb::info::default_concurrency()) - 1;   // TBB would complain of more
-  tbb::task_arena builders(slots, static_cast<unsigned>(std::max(1, slots - workers)));
+  tbb::task_arena builders(slots, static_cast<unsigned>(std::max(1, slots - (threads - 1))));
   builders.execute([&] { rtcJoinCommitScene(scene); });
   device.check("hierarchy");
   RTCBounds b;

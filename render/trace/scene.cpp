@@ -100,18 +100,16 @@ void tabulate_rough_boundaries(Scene& scene) {
 
 /// Adds the axes of one box across which a face of it lies in the plane of a face of another that it touches.
 void add_shared(const sim::Shape& a, const sim::Shape& b, double close, std::array<bool, 3>& shared) {
-  if (!a.box || !b.box) return;
+  if (!b.box) return;
   const base::Box one = a.bounds(), other = b.bounds();
   if (((one.lower - other.upper).array() > close).any() || ((other.lower - one.upper).array() > close).any()) return;
-  const auto normal = [](const sim::Shape& s, int axis) { return s.turn ? base::Vec3(*s.turn * base::Vec3::Unit(axis)) : base::Vec3::Unit(axis); };
-  const base::Vec3 apart = 0.5 * (b.box->lower + b.box->upper - a.box->lower - a.box->upper);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const base::Vec3 n = normal(a, i);
-      if (n.cross(normal(b, j)).norm() > 1e-6) continue;
-      for (const double side : {-0.5, 0.5})
-        for (const double other_side : {-0.5, 0.5})
-          if (std::abs(n.dot(apart) + other_side * b.box->size()[j] - side * a.box->size()[i]) < close) shared[static_cast<std::size_t>(i)] = true;
+  const base::Vec3 middle = 0.5 * (b.box->lower + b.box->upper);
+  for (const auto& sides : b.faces(middle))
+    for (const sim::Shape::Face& face : sides) {
+      const auto own = a.faces(middle + face.depth * face.normal);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const sim::Shape::Face& f : own[axis])
+          shared[axis] = shared[axis] || (std::abs(f.depth) < close && f.normal.cross(face.normal).norm() < 1e-6);
     }
 }
 
@@ -123,6 +121,7 @@ void part_shared_planes(Scene& scene, std::size_t colliders) {
   std::vector<std::pair<sim::Shape*, base::Vec3>> grown;
   for (std::size_t c = 1; c <= colliders; ++c)
     for (sim::Shape& shape : scene.surfaces[c].shapes) {
+      if (!shape.box) continue;
       std::array<bool, 3> shared{};
       for (std::size_t k = 1; k <= colliders; ++k)
         for (const sim::Shape& other : scene.surfaces[k].shapes)
@@ -130,8 +129,7 @@ void part_shared_planes(Scene& scene, std::size_t colliders) {
       const double by = step * (scene.rank[c] >= 0 ? std::min(scene.rank[c], kSteps - 1) : kSteps + 0.3 * static_cast<double>(c % kSteps));
       grown.emplace_back(&shape, by * base::Vec3(shared[0], shared[1], shared[2]));
     }
-  for (const auto& [shape, by] : grown)
-    if (shape->box) shape->box->lower -= by, shape->box->upper += by;
+  for (const auto& [shape, by] : grown) shape->box->lower -= by, shape->box->upper += by;
 }
 
 std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {

@@ -47,6 +47,27 @@ struct AtSites {
   }
 };
 
+/// The field itself, for places of any block.
+template <class Layout>
+class FarField {
+ public:
+  static constexpr int D = Layout::kDimension;
+  using Real = typename Layout::Real;
+
+  FarField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const typename Layout::Field& field)
+      : transfer_(transfer), blocks_(blocks), field_(field) {}
+  /// [m/s]
+  Vec<D, Real> at(const Site<D, Real>& site) const { return transfer_.velocity_at(blocks_, field_, site); }
+  void velocities(const Sites<D, Real>& sites, AtSites<D, Real>& found) const {
+    for (std::size_t k = 0; k < sites.count; ++k) found.set(k, at(sites[k]));
+  }
+
+ private:
+  const GridTransfer<Layout>& transfer_;
+  const ActiveBlocks<D>& blocks_;
+  const typename Layout::Field& field_;
+};
+
 /// The field around a block: interpolates at sites in its cells and kReach cells around.
 template <class Layout, class Weights>
 class NearField {
@@ -57,7 +78,7 @@ class NearField {
 
   /// For so many particles.
   NearField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const Cell<D>& block, const typename Layout::Field& field, std::size_t particles)
-      : transfer_(transfer), blocks_(blocks), field_(field) {
+      : far_(transfer, blocks, field) {
     for (int a = 0; a < D; ++a) {
       const int first = block[a] * Lattice<D>::kBlock;
       first_[a] = first - kBefore;
@@ -81,7 +102,7 @@ class NearField {
       if (interpolation_) return by_lanes(sites, found);
     for (std::size_t k = 0; k < sites.count; ++k) {
       const Site<D, Real> site = sites[k];
-      found.set(k, covers(site.cell) ? at(site) : transfer_.velocity_at(blocks_, field_, site));
+      found.set(k, covers(site.cell) ? at(site) : far_.at(site));
     }
   }
 
@@ -143,37 +164,15 @@ class NearField {
     for (std::size_t k = places.count; k % 4; ++k) places.cell[k] = 0;
     interpolation_(near_, places, found.value);
     for (std::size_t k = 0; far && k < sites.count; ++k)
-      if (const Site<D, Real> site = sites[k]; !covers(site.cell)) found.set(k, transfer_.velocity_at(blocks_, field_, site));
+      if (const Site<D, Real> site = sites[k]; !covers(site.cell)) found.set(k, far_.at(site));
   }
 
-  const GridTransfer<Layout>& transfer_;
-  const ActiveBlocks<D>& blocks_;
-  const typename Layout::Field& field_;
+  FarField<Layout> far_;                                                // for sites that are not covered
   Cell<D> first_;                                                       // the node at index 0
   std::array<unsigned, D> cells_;                                       // that are covered along each axis
   std::array<Real, std::size_t(D * kPlaces + kLine - n)> values_{};     // by component; 0 where no block is active
   lanes::Interpolate interpolation_ = nullptr;                          // null: plainly
   [[no_unique_address]] std::conditional_t<kHasLanes, lanes::NearFaces, Nothing> near_;
-};
-
-/// The field itself, for places of any block.
-template <class Layout>
-class FarField {
- public:
-  static constexpr int D = Layout::kDimension;
-  using Real = typename Layout::Real;
-
-  FarField(const GridTransfer<Layout>& transfer, const ActiveBlocks<D>& blocks, const typename Layout::Field& field)
-      : transfer_(transfer), blocks_(blocks), field_(field) {}
-  /// [m/s] at sites.
-  void velocities(const Sites<D, Real>& sites, AtSites<D, Real>& found) const {
-    for (std::size_t k = 0; k < sites.count; ++k) found.set(k, transfer_.velocity_at(blocks_, field_, sites[k]));
-  }
-
- private:
-  const GridTransfer<Layout>& transfer_;
-  const ActiveBlocks<D>& blocks_;
-  const typename Layout::Field& field_;
 };
 
 /// Calls body(begin, end, near) for the particles of a block, number `b` of those occupied, with the NearField of the block. Particles must be stored
@@ -196,7 +195,7 @@ template <class Layout, class Body>
 void with_near_field(const GridTransfer<Layout>& transfer, const ActiveBlocks<Layout::kDimension>& blocks, const typename Layout::Field& field,
                      const CellRanges& ranges, std::size_t particles, const Body& body) {
   if (ranges.occupied.empty()) {
-    FarField<Layout> far(transfer, blocks, field);
+    const FarField<Layout> far(transfer, blocks, field);
     base::parallel_chunks(particles, 4096, [&](std::size_t begin, std::size_t end) { body(begin, end, far); });
     return;
   }
