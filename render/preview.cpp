@@ -40,6 +40,26 @@ void outline_sphere(const sim::Shape::Sphere& sphere, const Vec3f& color, std::v
   }
 }
 
+/// Where planes across the axes, evenly spaced, cut it.
+void outline_mesh(const sim::Shape& shape, const Vec3f& color, std::vector<raster::Line>& lines) {
+  constexpr int kPlanes = 8;   // across the longest axis
+  const base::Box bounds = shape.bounds();
+  const double apart = bounds.size().maxCoeff() / kPlanes;
+  for (std::size_t t = 0; t < shape.mesh->solid->triangles(); ++t) {
+    std::array<Vec3, 3> corners = shape.mesh->solid->triangle(t);
+    for (Vec3& corner : corners) corner += shape.mesh->shift;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::sort(corners.begin(), corners.end(), [&](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
+      const double first = std::floor((corners[0][axis] - bounds.lower[axis]) / apart + 0.5);
+      for (double plane = bounds.lower[axis] + (first + 0.5) * apart; plane < corners[2][axis]; plane += apart) {
+        const auto at = [&](const Vec3& a, const Vec3& b) { return Vec3f((a + (plane - a[axis]) / (b[axis] - a[axis]) * (b - a)).cast<float>()); };
+        const Vec3f other = plane < corners[1][axis] ? at(corners[0], corners[1]) : at(corners[1], corners[2]);
+        if (plane > corners[0][axis]) lines.push_back({at(corners[0], corners[2]), other, color});
+      }
+    }
+  }
+}
+
 std::vector<raster::Line> outlines(const Setting& setting) {
   std::vector<raster::Line> lines;
   sim::Shape room;
@@ -48,6 +68,7 @@ std::vector<raster::Line> outlines(const Setting& setting) {
   const auto outline = [&](const sim::Shape& shape) {
     if (shape.box) outline_box(shape, kSolid, lines);
     if (shape.sphere) outline_sphere(*shape.sphere, kSolid, lines);
+    if (shape.mesh) outline_mesh(shape, kSolid, lines);
   };
   for (const sim::Collider& c : setting.colliders) outline(c.shape);
   for (const ColliderImage& image : setting.images) outline(image.shape);

@@ -22,6 +22,11 @@ class ClosedMesh {
   bool inside(const base::Vec3& at) const;
   const base::Box& bounds() const { return bounds_; }
   std::size_t triangles() const { return triangles_.size(); }
+  /// Corners of a triangle [m], counter-clockwise seen from outside.
+  std::array<base::Vec3, 3> triangle(std::size_t t) const {
+    const Triangle& c = triangles_[t];
+    return {corners_[c[0]], corners_[c[outward_ > 0 ? 1 : 2]], corners_[c[outward_ > 0 ? 2 : 1]]};
+  }
 
  private:
   void check_edges();

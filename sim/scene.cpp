@@ -218,7 +218,7 @@ void Source::params(base::Params& p) {
 
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
-  p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, false); });
+  p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, true); });
   p.where(!meets_solids, kOfLiquids, [&] { p("velocity", velocity, "m/s", "velocity of the solid, the same at all times"); });
   p.where(meets_solids, kOfSolids, [&] {
     p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
@@ -338,11 +338,14 @@ double most_particles(const Scene& scene) {
 
 }  // namespace
 
-std::optional<std::size_t> find_unmet_collider(const Scene& scene) {
+std::optional<UnmetCollider> find_unmet_collider(const Scene& scene) {
   for (std::size_t c = 0; c < scene.colliders.size() && scene.options.is_solid(); ++c) {
     const Collider& collider = scene.colliders[c];
     const bool is_plain = collider.contact == Contact::separating && collider.friction == 0;
-    if ((collider.shape.box || collider.shape.sphere) && !is_plain && !is_met_by_nodes(collider, scene.options)) return c;
+    const bool is_known = collider.shape.mesh ? collider.shape.mesh->distances != nullptr : collider.shape.any();
+    if (is_known && !is_plain && !is_met_by_nodes(collider, scene.options))
+      return UnmetCollider{c, collider.contact == Contact::separating ? "friction" : "contact",
+                           "needs a collider as thick as sim.cell, with a node of the grid in it: contact of solids is there"};
   }
   return {};
 }
@@ -379,9 +382,7 @@ void Scene::params(base::Params& p) {
   p.require(most <= kMostParticles, "sim.cell", fmt::format("makes up to {:.3g} particles; at most {:.3g} are possible", most, kMostParticles));
   for (std::size_t i = 0; i < bodies.size() && options.is_solid(); ++i) check_body(bodies[i], options, "body." + std::to_string(i + 1), p);
   if (options.is_solid()) check_schemes(*this, p);
-  if (const auto unmet = find_unmet_collider(*this))
-    p.require(false, "collider." + std::to_string(*unmet + 1) + (colliders[*unmet].contact == Contact::separating ? ".friction" : ".contact"),
-              "needs a collider as thick as sim.cell, with a node of the grid in it: contact of solids is there");
+  if (const auto unmet = find_unmet_collider(*this)) p.require(false, "collider." + std::to_string(unmet->number + 1) + "." + unmet->key, unmet->need);
   for (const Body& one : bodies)
     p.require(options.is_solid() || one.density == bodies.front().density, "body", "one liquid has one density: all bodies must have the same");
   for (std::size_t i = 0; i < sources.size(); ++i)

@@ -14,6 +14,7 @@
 #include "base/vec.h"
 #include "sim/closed_mesh.h"
 #include "sim/material.h"
+#include "sim/mesh_distance.h"
 
 namespace sim {
 
@@ -44,24 +45,26 @@ struct Shape {
     base::Vec3 center = base::Vec3::Zero();  // [m]
     double radius = 0.1;                     // [m]
   };
-  /// What a closed mesh encloses; of bodies only.
+  /// What a closed mesh encloses; of bodies and colliders.
   struct Mesh {
     std::string file;                        // OBJ, PLY or STL
     double scale = 1;                        // [m] of one of the file's units
     base::Vec3 translate = base::Vec3::Zero();  // [m] after scaling
     base::Vec3 shift = base::Vec3::Zero();   // [m] of an image at the other side of a periodic axis
     std::shared_ptr<const ClosedMesh> solid; // once the file is read; until then it holds nothing
+    std::shared_ptr<const MeshDistance> distances;  // of a collider
   };
   std::optional<base::Box> box;
   std::optional<Eigen::Quaterniond> turn;      // of the box, about its middle
   std::optional<Sphere> sphere;
   std::optional<Mesh> mesh;
-  /// A collider `may_be_mesh` not, nor may a source.
+  /// A source `may_be_mesh` not.
   void params(base::Params&, bool may_be_mesh);
   bool any() const { return box || sphere || mesh; }
   /// By `angle` [degrees] about `axis` through the box's middle, counter-clockwise seen from its tip.
   void turn_by(double angle, const base::Vec3& axis);
-  /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh the sign alone, and no normal.
+  /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh as MeshDistance has it, or, of a body's,
+  /// the sign alone and no normal.
   double distance(const base::Vec3& at, base::Vec3* normal = nullptr) const;
   struct Face {
     double depth = 0;                        // [m] of a place under it; below 0 outside
@@ -181,7 +184,12 @@ struct Scene {
 /// [kg/m^3] of a fluid scene.
 double liquid_density(const Scene&);
 
-/// The place of the first collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
-std::optional<std::size_t> find_unmet_collider(const Scene&);
+/// A collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
+struct UnmetCollider {
+  std::size_t number;      // from 0
+  std::string key, need;   // what to say: "friction", of the collider, and what it needs
+};
+/// The first; of meshes only those whose distances are there.
+std::optional<UnmetCollider> find_unmet_collider(const Scene&);
 
 }  // namespace sim

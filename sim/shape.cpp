@@ -26,7 +26,7 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
   if (is_sphere) sphere = round;
   if (may_be_mesh && !p.when(p.vector_size() == 3)) {
     may_be_mesh = false;
-    p.without("mesh", "is a body of three dimensions");
+    p.without("mesh", "is a solid of three dimensions");
   }
   Mesh made = mesh.value_or(Mesh{});
   const bool is_mesh = may_be_mesh && p.table("mesh", "what a closed mesh encloses", [&](base::Params& q) {
@@ -57,6 +57,7 @@ double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
     if (normal) *normal = *turn * *normal;
     return far;
   }
+  if (mesh && mesh->distances) return mesh->distances->distance(at - mesh->shift, normal);
   if (mesh) return mesh->solid && mesh->solid->inside(at - mesh->shift) ? -1 : 1;
   if (sphere) {
     const base::Vec3 from_center = at - sphere->center;

@@ -10,6 +10,7 @@
 #include "base/scratch_folder.h"
 #include "render/files/mesh.h"
 #include "render/trace/scene.h"
+#include "tests/closed_meshes.h"
 #include "tests/render_scenes.h"
 
 namespace {
@@ -426,6 +427,36 @@ TEST_F(SetMesh, SaysWhatIsWrongWithAFile) {
   expect_refused("truncated.stl", binary_stl(1).substr(0, 100), "");
   expect_refused("huge.stl", binary_stl(4000000000u), "");
   expect_refused("huge.ply", std::string(kPly).replace(kPly.find("vertex 3"), 8, "vertex 4000000000"), "line 3");
+}
+
+/// A ball's light as a collider that is a mesh: smooth but for its outline, and not where edges are sharp.
+TEST(ColliderMesh, OfABallIsShadedAsOneAndOfABoxHasEdges) {
+  const auto drawn = [](const sim::Shape& shape) {
+    render::Setting setting = stage();
+    setting.colliders.resize(1);
+    setting.colliders[0].look = "white";
+    setting.colliders[0].shape = shape;
+    return traced(setting, render::Grains{});
+  };
+  const auto differ = [](const render::Image& a, const render::Image& b, const char* name) {   // where both are hit, and not at their outlines
+    double most = 0;
+    for (std::int64_t y = 0; y < a.height; ++y)
+      for (std::int64_t x = 0; x < a.width; ++x)
+        if (channel(a, "id", x, y) == 3 && channel(b, "id", x, y) == 3 && channel(a, "N.Y", x, y) < -0.6 && channel(b, "N.Y", x, y) < -0.6)
+          most = std::max(most, std::abs(channel(a, name, x, y) - channel(b, name, x, y)));
+    return most;
+  };
+  sim::Shape ball, of_ball, box, of_box;
+  ball.sphere = sim::Shape::Sphere{Vec3(0.1, 0, 0.5), 0.3};
+  of_ball.mesh = mesh_test::shape_of(mesh_test::ball(12), 0.3, Vec3(0.1, 0, 0.5));
+  box.box = base::Box{Vec3(-0.4, -0.2, 0.2), Vec3(0.3, 0.2, 0.7)};
+  of_box.mesh = mesh_test::shape_of(mesh_test::box(box.box->lower.cast<float>(), box.box->upper.cast<float>()), 1, Vec3::Zero());
+  const render::Image smooth = drawn(of_ball);
+  EXPECT_EQ(channel(smooth, "id", 90, 50), 3);
+  for (const char* axis : {"N.X", "N.Y", "N.Z"}) {
+    EXPECT_LT(differ(drawn(ball), smooth, axis), 0.05) << axis;   // facets are turned by up to 7.5 degrees, 0.13
+    EXPECT_LT(differ(drawn(box), drawn(of_box), axis), 1e-6) << axis;
+  }
 }
 
 TEST_F(SetMesh, IsDrawnInItsPlaceWithItsLook) {

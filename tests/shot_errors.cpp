@@ -170,7 +170,7 @@ TEST_F(BadShot, OfTwoDimensionsIsToldWhatHasNoPlaceInAPlane) {
   const std::vector<Bad> table = {
       {"velocity = [1, 0, 0]\n", "x.toml:7:12: body.column.velocity = [1, 0, 0] m/s: must be two numbers, [x, y]"},
       {"look = \"glass\"\n", "x.toml:7:1: body.column.look: has no effect in two dimensions: points are drawn, coloured as [preview] says"},
-      {"[[body]]\nshape = { mesh = \"x.obj\" }\n", "x.toml:8:11: body.2.shape.mesh: is a body of three dimensions"},
+      {"[[body]]\nshape = { mesh = \"x.obj\" }\n", "x.toml:8:11: body.2.shape.mesh: is a solid of three dimensions"},
       {"[preview]\ndraw = \"points\"\n", "x.toml:8:1: preview.draw: has no effect in two dimensions: points are drawn"},
       {"[[body]]\nshape = { box = [[0, 0, 0], [1, 1, 1]] }\n",
        "x.toml:8:17: body.2.shape.box = [[0, 0, 0], [1, 1, 1]] m: must be two opposite corners, [[x, y], [x, y]]"},

@@ -4,51 +4,12 @@
 #include <cmath>
 #include <random>
 
-#include "sim/closed_mesh.h"
+#include "tests/closed_meshes.h"
 #include "tests/solid_scenes.h"
 
-namespace {
-
 using namespace sim;
-using namespace solid_test;
-
-struct Surface {
-  std::vector<base::Vec3f> corners;
-  std::vector<ClosedMesh::Triangle> triangles;
-  void add(const Surface& o) {
-    const auto from = std::uint32_t(corners.size());
-    corners.insert(corners.end(), o.corners.begin(), o.corners.end());
-    for (const auto& t : o.triangles) triangles.push_back({t[0] + from, t[1] + from, t[2] + from});
-  }
-};
-
-Surface box(const base::Vec3f& low, const base::Vec3f& high) {
-  Surface s;
-  for (int k = 0; k < 8; ++k) s.corners.emplace_back(k & 1 ? high.x() : low.x(), k & 2 ? high.y() : low.y(), k & 4 ? high.z() : low.z());
-  s.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  return s;
-}
-
-/// A ring about z, radius 1, its tube `tube`, of n by n / 2 squares.
-Surface ring(int n, double tube) {
-  Surface s;
-  const int m = n / 2;
-  const auto corner = [&](int i, int j) { return std::uint32_t(i % n * m + j % m); };
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < m; ++j) {
-      const double a = 2 * M_PI * i / n, b = 2 * M_PI * j / m, r = 1 + tube * std::cos(b);
-      s.corners.emplace_back(float(r * std::cos(a)), float(r * std::sin(a)), float(tube * std::sin(b)));
-      s.triangles.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
-      s.triangles.push_back({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
-    }
-  return s;
-}
-
-ClosedMesh closed(const Surface& s, double scale = 1, const base::Vec3& translate = base::Vec3::Zero()) {
-  return {s.corners, s.triangles, scale, translate};
-}
-
-}  // namespace
+using namespace mesh_test;
+using solid_test::open_scene, solid_test::run, solid_test::set_transfer;
 
 TEST(SolidMesh, ARingHoldsWhatItsTubeHolds) {
   const ClosedMesh mesh = closed(ring(96, 0.3));
@@ -128,7 +89,7 @@ TEST(SolidMesh, ABodyOfAMeshHasItsVolumeAndMoves) {
   body.is_solid = true;
   body.solid = {.model = Elasticity::neo_hookean, .density = 1000, .young = 1e5, .poisson = 0.3};
   const Surface s = ring(64, 0.4);
-  body.shape.mesh.emplace().solid = std::make_shared<const ClosedMesh>(s.corners, s.triangles, 0.2, base::Vec3(0.5, 0.5, 0.5));
+  body.shape.mesh = shape_of(s, 0.2, base::Vec3(0.5, 0.5, 0.5));
   body.velocity = {0.5, 0, 0};
   body.spin = {0, 0, 2};
   scene.bodies = {body};

@@ -118,5 +118,29 @@ TEST_F(SolidShot, TakesABodyFromAClosedMeshAndRefusesAnOpenOne) {
       << line(text);
   std::filesystem::remove(folder / "m.obj");
   EXPECT_NE(line(text).find("m.obj: "), std::string::npos);
-  EXPECT_NE(line(kSolid + "[[collider]]\nname = \"post\"\nshape = { mesh = { file = \"m.obj\" } }\n"), "no error");   // of bodies alone
+}
+
+// A collider from a mesh: the same, and it must be thick enough for the cells, and for contact at nodes where it rubs.
+TEST_F(SolidShot, TakesAColliderFromAClosedMeshThatIsThickEnough) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", closed = corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  const auto write = [&](const std::string& text) { std::ofstream(folder / "m.obj") << text; };
+  const auto collider = [](double scale, const std::string& more = "") {
+    return "[[collider]]\nname = \"post\"\nshape = { mesh = { file = \"m.obj\", scale = " + std::to_string(scale) + ", translate = [0.6, 0.6, 0] } }\n" + more;
+  };
+  write(closed);
+  const app::Shot shot = read(kSolid + collider(0.4));
+  for (const sim::Collider& one : {shot.scene.colliders.at(0), shot.render.colliders.at(0)}) {
+    EXPECT_LT(one.shape.distance({0.65, 0.65, 0.05}), 0);
+    EXPECT_GT(one.shape.distance({0.9, 0.9, 0.3}), 0);
+  }
+  const std::string before = app::stage_text(shot, "simulate");
+  write(closed + "# changed\n");
+  EXPECT_NE(app::stage_text(read(kSolid + collider(0.4)), "simulate"), before);
+  EXPECT_EQ(app::named_files(shot).size(), 1u);
+  EXPECT_NE(line(kSolid + collider(0.002)).find("m.obj: is thinner than an eighth of sim.cell on "), std::string::npos) << line(kSolid + collider(0.002));
+  EXPECT_EQ(line(kSolid + collider(0.05, "friction = 0.3\n")),
+            "x.toml:9:12: collider.post.friction: needs a collider as thick as sim.cell, with a node of the grid in it: contact of solids is there");
+  write(corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  EXPECT_NE(line(kSolid + collider(0.4)).find("collider.post.shape.mesh.file: "), std::string::npos) << line(kSolid + collider(0.4));
+  EXPECT_NE(line(kSolid + collider(0.4)).find("m.obj: is not closed: "), std::string::npos);
 }

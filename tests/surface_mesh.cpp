@@ -2,6 +2,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "tests/closed_meshes.h"
 #include "tests/surface_bodies.h"
 
 using namespace surface_test;
@@ -67,6 +68,24 @@ TEST(Mesh, GoesOnIntoColliders) {
   EXPECT_GT(beside_the_block(walls), 1000);
   walls.solids = {{block}};
   EXPECT_EQ(beside_the_block(walls), 0);
+}
+
+// The same of a block that is a mesh, whose distances are linear between points.
+TEST(Mesh, GoesOnIntoAColliderThatIsAMesh) {
+  const Vec3 middle(0.41, 0.29, 0.13);
+  sim::Shape ball, as_mesh;
+  ball.sphere = sim::Shape::Sphere{middle, 0.15};
+  as_mesh.mesh = mesh_test::collider_of(mesh_test::ball(48), 0.15, middle, kCell);
+  const sim::Frame water = fill([&](const Vec3& x) { return ball.distance(x) > 0 && x[2] < 0.4; });
+  const auto beside_the_ball = [&](const sim::Shape& solid) {
+    surface::Room walls = room();
+    walls.solids = {{solid}};
+    int vertices = 0;
+    for (const Vec3f& x : mesh_of(water, {}, walls).position) vertices += x[2] > 4 * kVoxel && std::abs(ball.distance(x.cast<double>())) < 2 * kVoxel;
+    return vertices;
+  };
+  EXPECT_EQ(beside_the_ball(ball), 0);
+  EXPECT_EQ(beside_the_ball(as_mesh), 0);
 }
 
 // Water that stands against a plate ends inside it; water on both sides meets in its middle.

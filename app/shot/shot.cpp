@@ -149,12 +149,18 @@ void add_built_in(const render::Setting& setting, Node& keys) {
   for (const render::Light& light : render::default_lights(setting.domain)) lights.items.push_back(complete_node(light));
 }
 
-/// Reads the mesh of a body; refuses one that is not closed.
-void read_body(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
+/// Reads the mesh of a body or collider; refuses one that is not closed.
+void read_solid(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / mesh.file;
   const render::Triangles triangles = render::read_mesh(path);
   mesh.solid = std::make_shared<const sim::ClosedMesh>(triangles.position, triangles.triangles, mesh.scale, mesh.translate);
   if (!mesh.solid->objection().empty()) base::throw_input(path.string(), mesh.solid->objection());
+}
+
+void read_collider(sim::Shape::Mesh& mesh, const std::filesystem::path& folder, const sim::Options& o) {
+  read_solid(mesh, folder);
+  mesh.distances = std::make_shared<const sim::MeshDistance>(mesh.solid, o.cell, o.domain.lower);
+  if (!mesh.distances->objection().empty()) base::throw_input((folder / mesh.file).string(), mesh.distances->objection());
 }
 
 /// What is wrong with a file, said where the shot names it.
@@ -172,11 +178,14 @@ void require_file(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, failure)) base::throw_input(file.string(), failure ? failure.message() : "No such file or directory");
 }
 
-/// Files that bodies are made from.
-std::vector<std::filesystem::path> body_files(const Shot& shot) {
+/// Files that bodies and colliders are made from.
+std::vector<std::filesystem::path> solid_files(const Shot& shot) {
   std::vector<std::filesystem::path> files;
-  for (const sim::Body& body : shot.scene.bodies)
-    if (body.shape.mesh) files.push_back(shot.folder / body.shape.mesh->file);
+  const auto add = [&](const auto& solids) {
+    for (const auto& solid : solids)
+      if (solid.shape.mesh) files.push_back(shot.folder / solid.shape.mesh->file);
+  };
+  add(shot.scene.bodies), add(shot.scene.colliders);
   return files;
 }
 
@@ -323,7 +332,19 @@ base::Error error_about(const Shot& shot, base::Complaint complaint) {
 Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
   Shot shot = read_shot_alone(file, overrides);
   for (sim::Body& body : shot.scene.bodies)
-    if (auto& mesh = body.shape.mesh) at_its_key(shot, "body." + body.name + ".shape.mesh.file", [&] { read_body(*mesh, shot.folder); });
+    if (auto& mesh = body.shape.mesh) at_its_key(shot, "body." + body.name + ".shape.mesh.file", [&] { read_solid(*mesh, shot.folder); });
+  const auto key_of_collider = [&](std::size_t i, const std::string& key) {
+    const std::string& name = shot.scene.colliders[i].name;
+    return "collider." + (name.empty() ? std::to_string(i + 1) : name) + "." + key;
+  };
+  for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i) {
+    sim::Shape& shape = shot.scene.colliders[i].shape;
+    if (!shape.mesh) continue;
+    at_its_key(shot, key_of_collider(i, "shape.mesh.file"), [&] { read_collider(*shape.mesh, shot.folder, shot.scene.options); });
+    shot.render.colliders[i].shape = shape;
+  }
+  if (const auto unmet = sim::find_unmet_collider(shot.scene))
+    throw error_about(shot, {.key = key_of_collider(unmet->number, unmet->key), .message = unmet->need});
   for (const render::SetPiece& piece : shot.render.sets)
     at_its_key(shot, "set." + piece.name + ".mesh.file", [&] { render::check_set_piece(piece); });
   for (std::size_t i = 0; i < shot.render.lights.size(); ++i)
@@ -338,7 +359,7 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
 }
 
 std::vector<std::filesystem::path> named_files(const Shot& shot) {
-  std::vector<std::filesystem::path> files = body_files(shot), more = shot.render.files();
+  std::vector<std::filesystem::path> files = solid_files(shot), more = shot.render.files();
   files.insert(files.end(), more.begin(), more.end());
   return files;
 }
@@ -377,7 +398,7 @@ bool is_resolved(const std::string& text) {
 
 std::string stage_text(const Shot& shot, const std::string& stage) {
   Node keys = stage_keys(shot, stage);
-  if (stage == "simulate") add_contents(body_files(shot), keys);
+  if (stage == "simulate") add_contents(solid_files(shot), keys);
   if (stage == "render" || stage == "preview") add_contents(shot.render.files(), keys);
   return shot_text(keys);
 }

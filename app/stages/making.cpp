@@ -29,10 +29,12 @@ std::string names_of(const std::vector<ChangedKey>& changed, std::size_t from = 
   return names;
 }
 
-// The key that names the mesh of a body; empty where none has one.
+// The key that names the mesh of a body or collider; empty where none has one.
 std::string key_of_mesh(const Shot& shot) {
   for (const sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) return "body." + body.name + ".shape.mesh.file";
+  for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i)
+    if (shot.scene.colliders[i].shape.mesh) return "collider." + std::to_string(i + 1) + ".shape.mesh.file";
   return {};
 }
 

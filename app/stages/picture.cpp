@@ -103,7 +103,10 @@ double PictureMaker::surface(std::int64_t frame) {
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t side = 0; side < 2; ++side) room.walls[a][side] = o.boundary[a][side] != sim::Side::periodic && o.boundary[a][side] != sim::Side::open;
   const render::Setting setting = setting_at(frame);
-  for (const sim::Collider& collider : setting.colliders) room.solids.push_back({collider.shape, collider.velocity});
+  for (const sim::Collider& collider : setting.colliders) {
+    if (collider.shape.mesh) collider.shape.mesh->distances->prepare();
+    room.solids.push_back({collider.shape, collider.velocity});
+  }
   for (const render::ColliderImage& image : setting.images) room.solids.push_back({image.shape, setting.colliders[image.collider].velocity});
   for (const sim::Body& body : shot_.scene.bodies) room.dry.push_back(o.is_solid() && body.solid.model != sim::Elasticity::tait);
   if (shot_.render.parts_bodies())

@@ -44,7 +44,7 @@ std::string lost(const Shot& shot, double cell) {
   for (std::size_t s = 0; s < before.size(); ++s)   // a source is made of whole cells
     if (std::abs(after[s] - before[s]) > 0.01 * before[s])
       return fmt::format("source {} pours {:.3g} m^3/s in place of {:.3g}", called(scene.sources[s].name, s), after[s], before[s]);
-  if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", called(scene.colliders[*unmet].name, *unmet));
+  if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", called(scene.colliders[unmet->number].name, unmet->number));
   return {};
 }
 

@@ -9,7 +9,9 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <string>
+#include <tuple>
 
 #include "base/error.h"
 #include "base/parallel.h"
@@ -140,6 +142,35 @@ std::vector<CornerNormals> corner_normals(const surface::Mesh& mesh) {
   return normals;
 }
 
+/// At the corners of a triangle: the mean normal of those around a corner that meet at no more than kCrease there.
+using FacetNormals = std::array<Vec3f, 3>;
+
+std::vector<FacetNormals> corner_normals(const files::Triangles& mesh) {
+  constexpr float kCrease = 0.8660254f;   // the cosine of 30 degrees
+  std::vector<std::uint32_t> corners(3 * mesh.triangles.size());   // by place: files write one for every triangle, or one for all
+  std::iota(corners.begin(), corners.end(), 0u);
+  const auto place = [&](std::uint32_t corner) -> const Vec3f& { return mesh.position[mesh.triangles[corner / 3][corner % 3]]; };
+  std::sort(corners.begin(), corners.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const Vec3f &p = place(a), &q = place(b);
+    return std::tie(p.x(), p.y(), p.z(), a) < std::tie(q.x(), q.y(), q.z(), b);
+  });
+  std::vector<Vec3f> areas;   // twice each, along the normal
+  for (const auto& t : mesh.triangles)
+    areas.push_back((mesh.position[t[1]] - mesh.position[t[0]]).cross(mesh.position[t[2]] - mesh.position[t[0]]));
+  std::vector<FacetNormals> normals(mesh.triangles.size());
+  for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
+    while (end < corners.size() && place(corners[end]) == place(corners[begin])) ++end;
+    for (std::size_t k = begin; k < end; ++k) {
+      const Vec3f& own = areas[corners[k] / 3];
+      Vec3f sum = Vec3f::Zero();
+      for (std::size_t other = begin; other < end; ++other)
+        if (const Vec3f& area = areas[corners[other] / 3]; own.dot(area) >= kCrease * own.norm() * area.norm()) sum += area;
+      normals[corners[k] / 3][corners[k] % 3] = sum.normalized();
+    }
+  }
+  return normals;
+}
+
 /// Of a quad's corners in a value at (u, v).
 std::array<float, 4> corner_shares(float u, float v) { return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v}; }
 
@@ -185,7 +216,7 @@ struct Geometry::Impl {
   };
 
   explicit Impl(const std::vector<Surface>& list, int count)
-      : device(count), threads(count), surfaces(list), skins(list.size()), clouds(list.size()), scene(rtcNewScene(device.handle)) {
+      : device(count), threads(count), surfaces(list), skins(list.size()), facets(list.size()), clouds(list.size()), scene(rtcNewScene(device.handle)) {
     first_body = static_cast<std::size_t>(std::find_if(list.begin(), list.end(), [](const Surface& s) { return s.is_body; }) - list.begin());
   }
   ~Impl() { rtcReleaseScene(scene); }
@@ -204,6 +235,7 @@ struct Geometry::Impl {
   std::vector<Surface> surfaces;
   std::size_t first_body = 0;
   std::vector<Skin> skins;             // by surface
+  std::vector<std::vector<FacetNormals>> facets;   // likewise; of meshes that stay
   const Grains* grains = nullptr;
   std::vector<Cloud> clouds;           // by surface
   RTCScene scene;
@@ -252,10 +284,13 @@ Geometry::Geometry(const std::vector<Surface>& surfaces, int threads) : impl_(st
   Impl& m = *impl_;
   rtcSetSceneFlags(m.scene, RTC_SCENE_FLAG_ROBUST);
   for (std::size_t i = 1; i < surfaces.size(); ++i) {
-    if (surfaces[i].mesh) m.attach(triangle_geometry(m.device.handle, *surfaces[i].mesh), static_cast<unsigned>(i));
     const std::vector<sim::Shape>& shapes = surfaces[i].shapes;
-    if (shapes.empty()) continue;
-    m.attach(shapes[0].box ? boxes_geometry(m.device.handle, shapes) : spheres_geometry(m.device.handle, shapes), static_cast<unsigned>(i));
+    if (surfaces[i].mesh) {
+      m.facets[i] = corner_normals(*surfaces[i].mesh);
+      m.attach(triangle_geometry(m.device.handle, *surfaces[i].mesh), static_cast<unsigned>(i));
+    } else if (!shapes.empty()) {
+      m.attach(shapes[0].box ? boxes_geometry(m.device.handle, shapes) : spheres_geometry(m.device.handle, shapes), static_cast<unsigned>(i));
+    }
   }
   m.device.check("solids");
 }
@@ -358,6 +393,10 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
   if (const Impl::Skin& skin = m.skins[query.hit.geomID]; !skin.quads.empty()) {
     const Vec3f smooth = skin.smooth_normal(query.hit.primID, query.hit.u, query.hit.v);
     if (smooth.dot(result.geometric) > 0) result.shading = smooth;
+  } else if (const auto& facets = m.facets[query.hit.geomID]; !facets.empty()) {
+    const FacetNormals& corner = facets[query.hit.primID];
+    const Vec3f smooth = (1 - query.hit.u - query.hit.v) * corner[0] + query.hit.u * corner[1] + query.hit.v * corner[2];
+    if (smooth.dot(result.geometric) > 0) result.shading = smooth.normalized();
   }
   if (m.surfaces[query.hit.geomID].grains) result.tint = m.tint(query.hit.geomID, query.hit.primID);
   result.surface = static_cast<int>(query.hit.geomID);

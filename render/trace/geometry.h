@@ -30,10 +30,10 @@ struct GrainStyle {
 struct Surface {
   Material material;
   bool is_body = false;
-  std::vector<sim::Shape> shapes = {};  // of a collider: boxes or spheres, with its images across periodic sides
+  std::vector<sim::Shape> shapes = {};  // of a collider: boxes, spheres or meshes, with its images across periodic sides
   Vec3f velocity = Vec3f::Zero();       // [m/s] of a collider, which is drawn where it is at the frame's moment
   std::optional<GrainStyle> grains = {};
-  std::shared_ptr<const files::Triangles> mesh = {};  // of a set piece [m]
+  std::shared_ptr<const files::Triangles> mesh = {};  // [m] of a set piece, or of `shapes` that are meshes
 };
 
 struct Hit {

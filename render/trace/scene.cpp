@@ -142,6 +142,18 @@ std::shared_ptr<const files::Triangles> placed(const SetPiece& piece) {
   return mesh;
 }
 
+/// A collider's mesh where it is, and its images.
+std::shared_ptr<const files::Triangles> mesh_of(const std::vector<sim::Shape>& images) {
+  auto mesh = std::make_shared<files::Triangles>();
+  for (const sim::Shape& shape : images)
+    for (std::size_t t = 0; t < shape.mesh->solid->triangles(); ++t) {
+      const auto first = static_cast<std::uint32_t>(mesh->position.size());
+      for (const base::Vec3& corner : shape.mesh->solid->triangle(t)) mesh->position.push_back((corner + shape.mesh->shift).cast<float>());
+      mesh->triangles.push_back({first, first + 1, first + 2});
+    }
+  return mesh;
+}
+
 /// A body as grains, as a mesh of its own, or, where there is one surface around all, as nothing.
 Surface body_of(const Setting& setting, std::size_t body) {
   const std::string& name = body < setting.body_looks.size() ? setting.body_looks[body] : setting.liquid_look;
@@ -184,17 +196,19 @@ const RoughBoundary& Scene::rough_boundary(float alpha, float eta, bool& back) c
 
 namespace {
 
-/// All but the meshes of set pieces, which are files.
+/// All but the meshes of set pieces, which are files still.
 Scene make_surfaces(const Setting& setting) {
   Scene scene;
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
   for (const sim::Collider& c : setting.colliders) {
     Surface& surface = scene.surfaces.emplace_back();
     surface.material = material_of(setting, c.look, "collider." + c.name + ".look");
-    if (c.shape.box || c.shape.sphere) surface.shapes = {c.shape};
+    if (c.shape.any()) surface.shapes = {c.shape};
     surface.velocity = c.velocity.cast<float>();
   }
   for (const ColliderImage& image : setting.images) scene.surfaces[1 + image.collider].shapes.push_back(image.shape);
+  for (Surface& surface : scene.surfaces)
+    if (!surface.shapes.empty() && surface.shapes.front().mesh) surface.mesh = mesh_of(surface.shapes);
   for (const SetPiece& piece : setting.sets)
     scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look")});
   for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) scene.surfaces.push_back(body_of(setting, body));

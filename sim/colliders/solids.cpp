@@ -23,6 +23,7 @@ void stop_at_wall(Real& velocity, Real outward) {
 
 double thickness(const Shape& shape, int dimension) {
   if (shape.sphere) return 2 * shape.sphere->radius;
+  if (shape.mesh) return shape.mesh->distances->thickness();
   double least = std::numeric_limits<double>::infinity();
   for (int a = 0; a < dimension; ++a)
     if (const double size = shape.box->upper[a] - shape.box->lower[a]; size > 0) least = std::min(least, size);
@@ -79,7 +80,10 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
     : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), colliders_(scene.colliders), options_(scene.options) {
   for (std::size_t a = 0; a < std::size_t(D); ++a)
     for (std::size_t side = 0; side < 2; ++side) open[a][side] = options_.boundary[a][side] == Side::open;
-  for (Collider& collider : colliders_) collider.shape = continued_through_walls(collider.shape, options_);
+  for (Collider& collider : colliders_) {
+    collider.shape = continued_through_walls(collider.shape, options_);
+    if (collider.shape.mesh) collider.shape.mesh->distances->prepare();
+  }
   move_to(0);
 }
 

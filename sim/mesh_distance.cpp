@@ -1,0 +1,216 @@
+#include "sim/mesh_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+#include <unsupported/Eigen/BVH>
+
+#include "base/parallel.h"
+
+namespace sim {
+namespace {
+
+/// The place of a triangle that is nearest to a point: a corner, on an edge or in the face, whichever region the point is over [Ericson05, 5.1.5].
+base::Vec3 nearest_on(const std::array<base::Vec3, 3>& t, const base::Vec3& at) {
+  const base::Vec3 ab = t[1] - t[0], ac = t[2] - t[0], from_a = at - t[0], from_b = at - t[1], from_c = at - t[2];
+  const double ab_a = ab.dot(from_a), ac_a = ac.dot(from_a), ab_b = ab.dot(from_b), ac_b = ac.dot(from_b), ab_c = ab.dot(from_c), ac_c = ac.dot(from_c);
+  if (ab_a <= 0 && ac_a <= 0) return t[0];
+  if (ab_b >= 0 && ac_b <= ab_b) return t[1];
+  if (ac_c >= 0 && ab_c <= ac_c) return t[2];
+  const double a = ab_b * ac_c - ab_c * ac_b, b = ab_c * ac_a - ab_a * ac_c, c = ab_a * ac_b - ab_b * ac_a;   // what the corners weigh
+  if (c <= 0 && ab_a >= 0 && ab_b <= 0) return t[0] + ab_a / (ab_a - ab_b) * ab;
+  if (b <= 0 && ac_a >= 0 && ac_c <= 0) return t[0] + ac_a / (ac_a - ac_c) * ac;
+  const double past_b = ac_b - ab_b, past_c = ab_c - ac_c;
+  if (a <= 0 && past_b >= 0 && past_c >= 0) return t[1] + past_b / (past_b + past_c) * (t[2] - t[1]);
+  return t[0] + (b * ab + c * ac) / (a + b + c);
+}
+
+/// The place of a mesh that is nearest to a point.
+class Nearest {
+ public:
+  explicit Nearest(const ClosedMesh& mesh) : mesh_(mesh) {
+    std::vector<std::uint32_t> numbers(mesh.triangles());
+    std::iota(numbers.begin(), numbers.end(), 0u);
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const std::uint32_t t : numbers) {
+      Eigen::AlignedBox3d& box = boxes.emplace_back();
+      for (const base::Vec3& corner : mesh.triangle(t)) box.extend(corner);
+    }
+    tree_.init(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
+  }
+  /// `triangle` is where the search begins, best near a place asked for before, and then the one that is nearest.
+  base::Vec3 operator()(const base::Vec3& at, std::uint32_t& triangle) const {
+    Search search{mesh_, at, std::numeric_limits<double>::max(), triangle, at};
+    search.minimumOnObject(triangle);
+    Eigen::BVMinimize(tree_, search);
+    triangle = search.triangle;
+    return search.found;
+  }
+
+ private:
+  struct Search {
+    using Scalar = double;
+    const ClosedMesh& mesh;
+    base::Vec3 at;
+    double least;
+    std::uint32_t triangle;
+    base::Vec3 found;
+    double minimumOnVolume(const Eigen::AlignedBox3d& box) const {
+      const double d = box.squaredExteriorDistance(at);
+      return d < least ? d : std::numeric_limits<double>::max();   // not looked into
+    }
+    double minimumOnObject(std::uint32_t t) {
+      const base::Vec3 near = nearest_on(mesh.triangle(t), at);
+      const double d = (at - near).squaredNorm();
+      if (d < least) least = d, triangle = t, found = near;
+      return d;
+    }
+  };
+  const ClosedMesh& mesh_;
+  Eigen::KdBVH<double, 3, std::uint32_t> tree_;
+};
+
+/// The part of the surface [1] that has less than `depth` [m] of the solid under it, by the middles of its triangles.
+double part_thinner_than(double depth, const ClosedMesh& mesh) {
+  double thin = 0, all = 0;
+  for (std::size_t t = 0; t < mesh.triangles(); ++t) {
+    const auto [a, b, c] = mesh.triangle(t);
+    const base::Vec3 twice = (b - a).cross(c - a);
+    const double area = twice.norm();
+    if (area == 0) continue;
+    all += area;
+    if (!mesh.inside((a + b + c) / 3 - depth / area * twice)) thin += area;
+  }
+  return all > 0 ? thin / all : 1;
+}
+
+}  // namespace
+
+MeshDistance::MeshDistance(std::shared_ptr<const ClosedMesh> mesh, double cell, const base::Vec3& origin)
+    : mesh_(std::move(mesh)) {
+  constexpr double kFewThin = 0.05, kMostBricks = 3e7;
+  constexpr int kThickest = 8, kLeastSpacing = 8;   // cells, and parts of one
+  thickness_ = kThickest * cell;
+  double thin;
+  while ((thin = part_thinner_than(thickness_, *mesh_)) > kFewThin && thickness_ > cell / kLeastSpacing) thickness_ /= 2;
+  if (thin > kFewThin) {
+    objection_ = fmt::format("is thinner than an eighth of sim.cell on {:.0f} % of its surface: liquid would pass", 100 * thin);
+    return;
+  }
+  spacing_ = std::min(thickness_, cell / 2);
+  const double margin = kBand * spacing_, edge = kEdge * spacing_;
+  const base::Box& bounds = mesh_->bounds();
+  double count = 1;
+  for (int a = 0; a < 3; ++a) {
+    lower_[a] = origin[a] + std::floor((bounds.lower[a] - margin - origin[a]) / spacing_) * spacing_;
+    const double along = std::ceil((bounds.upper[a] + margin - lower_[a]) / edge);
+    bricks_[std::size_t(a)] = std::int64_t(std::min(along, kMostBricks));
+    count *= along;
+  }
+  if (!(count <= kMostBricks)) objection_ = fmt::format("is {:.3g} m long: too large for cells of {:.3g} m", bounds.size().maxCoeff(), cell);
+}
+
+void MeshDistance::prepare() const {
+  if (objection_.empty()) std::call_once(is_computed_, [this] { compute(); });
+}
+
+void MeshDistance::compute() const {
+  const ClosedMesh& mesh = *mesh_;
+  const double margin = kBand * spacing_, edge = kEdge * spacing_;
+  const Nearest nearest(mesh);
+  const auto signed_distance = [&](const base::Vec3& at, const base::Vec3& near) { return (mesh.inside(at) ? -1 : 1) * (at - near).norm(); };
+  const double half_diagonal = edge * std::sqrt(3.0) / 2;
+  std::vector<Far> of_middle(std::size_t(bricks_[0] * bricks_[1] * bricks_[2]));
+  const auto row = std::size_t(bricks_[2]);
+  base::parallel_chunks(of_middle.size() / row, 4, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t triangle = 0;
+    for (std::size_t b = begin * row; b < end * row; ++b) {
+      const base::Vec3 at = middle_of(std::int64_t(b)), near = nearest(at, triangle);
+      const double d = signed_distance(at, near);
+      const base::Vec3 way = d < 0 ? base::Vec3(near - at) : base::Vec3(at - near);
+      of_middle[b] = {float(d), way.norm() > 0 ? base::Vec3f(way.normalized().cast<float>()) : base::Vec3f(base::Vec3f::UnitZ())};
+    }
+  });
+  std::vector<std::int64_t> close;
+  for (std::size_t b = 0; b < of_middle.size(); ++b) {
+    if (double(std::abs(of_middle[b].distance)) > half_diagonal + margin) {
+      far_.push_back(of_middle[b]);
+      brick_.push_back(-std::int32_t(far_.size()));
+    } else {
+      brick_.push_back(std::int32_t(close.size()));
+      close.push_back(std::int64_t(b));
+    }
+  }
+  points_.resize(close.size() * kPerBrick);
+  base::parallel_chunks(close.size(), 4, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t triangle = 0;
+    for (std::size_t n = begin; n < end; ++n) {
+      const base::Vec3 corner = middle_of(close[n]) - base::Vec3::Constant(edge / 2);
+      for (int k = 0; k < int(kPerBrick); ++k) {
+        const int along_z = k / kPoints % 2 ? kPoints - 1 - k % kPoints : k % kPoints;   // there and back: each point beside the one before
+        const int along_y = k / (kPoints * kPoints) % 2 ? kPoints - 1 - k / kPoints % kPoints : k / kPoints % kPoints, along_x = k / (kPoints * kPoints);
+        const base::Vec3 at = corner + spacing_ * base::Vec3(along_x, along_y, along_z);
+        points_[n * kPerBrick + std::size_t((along_x * kPoints + along_y) * kPoints + along_z)] = float(signed_distance(at, nearest(at, triangle)));
+      }
+    }
+  });
+}
+
+base::Vec3 MeshDistance::middle_of(std::int64_t brick) const {
+  const std::array<std::int64_t, 3> at{brick / (bricks_[1] * bricks_[2]), brick / bricks_[2] % bricks_[1], brick % bricks_[2]};
+  base::Vec3 middle = lower_;
+  for (std::size_t a = 0; a < 3; ++a) middle[int(a)] += (double(at[a]) + 0.5) * kEdge * spacing_;
+  return middle;
+}
+
+double MeshDistance::linear(const float* points, const base::Vec3& in_brick, base::Vec3* normal) const {
+  std::array<int, 3> first;
+  base::Vec3 t;
+  for (int a = 0; a < 3; ++a) {
+    first[std::size_t(a)] = std::clamp(int(in_brick[a]), 0, kEdge - 1);
+    t[a] = in_brick[a] - first[std::size_t(a)];
+  }
+  const float* const c = points + (first[0] * kPoints + first[1]) * kPoints + first[2];
+  constexpr int x = kPoints * kPoints, y = kPoints;
+  const auto along = [](double low, double high, double part) { return low + part * (high - low); };
+  const std::array<double, 4> on_z{along(c[0], c[1], t.z()), along(c[y], c[y + 1], t.z()), along(c[x], c[x + 1], t.z()), along(c[x + y], c[x + y + 1], t.z())};
+  const double lower = along(on_z[0], on_z[1], t.y()), upper = along(on_z[2], on_z[3], t.y());
+  if (normal) {
+    const auto slope_z = [&](int at) { return double(c[at + 1]) - double(c[at]); };
+    *normal = {upper - lower, along(on_z[1] - on_z[0], on_z[3] - on_z[2], t.x()),
+               along(along(slope_z(0), slope_z(y), t.y()), along(slope_z(x), slope_z(x + y), t.y()), t.x())};
+    const double length = normal->norm();
+    *normal = length > 0 ? base::Vec3(*normal / length) : base::Vec3(base::Vec3::UnitZ());
+  }
+  return along(lower, upper, t.x());
+}
+
+double MeshDistance::distance(const base::Vec3& at, base::Vec3* normal) const {
+  if (brick_.empty()) return mesh_->inside(at) ? -1 : 1;
+  const base::Vec3 where = (at - lower_) / (kEdge * spacing_);   // [bricks]
+  bool is_held = true;
+  for (int a = 0; a < 3; ++a) is_held = is_held && where[a] >= 0 && where[a] < double(bricks_[std::size_t(a)]);
+  if (!is_held) {
+    const base::Vec3 gap = (at - mesh_->bounds().upper).cwiseMax(0.0) - (mesh_->bounds().lower - at).cwiseMax(0.0);
+    if (normal) *normal = gap.normalized();
+    return gap.norm();
+  }
+  const base::Vec3 brick = where.array().floor();
+  const auto number = (std::int64_t(brick.x()) * bricks_[1] + std::int64_t(brick.y())) * bricks_[2] + std::int64_t(brick.z());
+  const std::int32_t held = brick_[std::size_t(number)];
+  if (held >= 0) return linear(&points_[std::size_t(held) * kPerBrick], kEdge * (where - brick), normal);
+  const Far& far = far_[std::size_t(-1 - held)];
+  if (normal) *normal = far.normal.cast<double>();
+  const double off = (at - middle_of(number)).norm();
+  return far.distance < 0 ? double(far.distance) + off : double(far.distance) - off;
+}
+
+std::int64_t MeshDistance::bytes() const {
+  return std::int64_t(brick_.size() * sizeof(brick_[0]) + points_.size() * sizeof(points_[0]) + far_.size() * sizeof(far_[0]));
+}
+
+}  // namespace sim
