@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace base {
@@ -23,7 +24,7 @@ Value ordered_reduce(std::size_t count, std::size_t chunk, Value start, const Pa
   const std::size_t chunks = (count + chunk - 1) / chunk;
   std::vector<Value> parts(chunks);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) { parts[c] = partial(c * chunk, std::min(count, (c + 1) * chunk)); });
-  for (const Value& part : parts) start = combine(start, part);
+  for (const Value& part : parts) start = combine(std::move(start), part);
   return start;
 }
 

@@ -23,6 +23,7 @@ if(NOT POLYPIC_SANITIZE)
   find_package(embree 3.13 CONFIG REQUIRED)
   find_package(assimp 5.2 CONFIG REQUIRED)
   find_package(OpenImageIO 2.4 CONFIG REQUIRED)
+  find_package(ZLIB REQUIRED)
   set_target_properties(OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util
     PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "")  # the exported path /usr/include/opencv4 does not exist
   find_package(PkgConfig REQUIRED)

@@ -20,6 +20,17 @@ void add_range(const openvdb::GridBase& grid, GridInfo& info) {
   if (std::isfinite(least) && std::isfinite(most)) info.min = least, info.max = most;
 }
 
+bool is_finite(double value) { return std::isfinite(value); }
+template <class Real>
+bool is_finite(const openvdb::math::Vec3<Real>& value) { return value.isFinite(); }
+
+template <class Grid>
+void count_not_finite(const openvdb::GridBase& grid, GridInfo& info) {
+  if (!grid.isType<Grid>()) return;
+  for (auto value = static_cast<const Grid&>(grid).cbeginValueOn(); value; ++value)
+    if (!is_finite(*value)) info.not_finite += value.getVoxelCount();
+}
+
 void add_points(const openvdb::GridBase& grid, GridInfo& info) {
   if (!grid.isType<openvdb::points::PointDataGrid>()) return;
   const auto& tree = static_cast<const openvdb::points::PointDataGrid&>(grid).tree();
@@ -54,6 +65,10 @@ GridInfo describe(const openvdb::GridBase& grid) {
   add_range<openvdb::DoubleGrid>(grid, info);
   add_range<openvdb::Int32Grid>(grid, info);
   add_range<openvdb::Int64Grid>(grid, info);
+  count_not_finite<openvdb::FloatGrid>(grid, info);
+  count_not_finite<openvdb::DoubleGrid>(grid, info);
+  count_not_finite<openvdb::Vec3SGrid>(grid, info);
+  count_not_finite<openvdb::Vec3DGrid>(grid, info);
   add_points(grid, info);
   return info;
 }

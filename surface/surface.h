@@ -67,7 +67,8 @@ struct GridInfo {
   std::string name, type, grid_class, compression;
   base::Vec3 voxel_size = base::Vec3::Zero();
   std::uint64_t active = 0;
-  std::optional<double> min, max;                      // scalar grids: range of active values
+  std::optional<double> min, max;                      // scalar grids: range of active values, where both are finite
+  std::uint64_t not_finite = 0;                        // active values that are NaN or infinite, of scalars and vectors
   std::optional<std::array<std::array<int, 3>, 2>> bbox;  // of active voxels, index space, inclusive
   bool half = false;
   std::vector<std::array<std::string, 2>> metadata;    // name, value as text

@@ -21,7 +21,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {{"base", {}}, 
 const std::map<std::string, std::vector<std::string>> kHomes = {
     {"embree3/", {"render/"}}, {"GL/", {"render/"}},  {"OpenImageIO/", {"render/"}}, {"openvdb/", {"surface/"}},
     {"cholmod.h", {"sim/"}}, {"hwy/", {"sim/transfer/"}},   {"CLI/", {"app/"}},    {"toml++/", {"app/shot/"}},    {"hdf5", {"sim/"}},
-    {"assimp/", {"render/files/"}}};
+    {"assimp/", {"render/files/"}},  {"zlib.h", {"render/image/"}}};
 
 std::vector<fs::path> sources_of(const std::string& folder) {
   std::vector<fs::path> files;

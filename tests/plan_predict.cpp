@@ -125,6 +125,27 @@ TEST_F(Predict, WhatDoesNotFitIsRefusedWithTheNumberAndTheKey) {
   EXPECT_GT(app::free_disk(folder / "not" / "there"), 0);
 }
 
+TEST_F(Predict, TakesTheLeastOfWhatControlGroupsLeave) {
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << text;
+  };
+  const auto left = [&](const std::string& groups) {
+    write("groups", groups);
+    return app::memory_of_groups(folder / "groups", folder);
+  };
+  write("slurm/job/memory.max", "max\n");
+  write("slurm/memory.max", "1000000\n"), write("slurm/memory.current", "700000\n"), write("slurm/memory.stat", "anon 1\ninactive_file 200000\n");
+  write("memory/job/memory.limit_in_bytes", "9223372036854771712\n"), write("memory/memory.limit_in_bytes", "300000\n");
+  write("memory/memory.usage_in_bytes", "100000\n");
+  EXPECT_EQ(left("0::/slurm/job\n"), 500000);
+  EXPECT_EQ(left("3:cpu:/slurm\n4:memory,hugetlb:/job\n0::/\n"), 200000);
+  EXPECT_EQ(left("4:memory:/../elsewhere\n"), 200000);
+  EXPECT_EQ(left("0::/elsewhere\n"), std::numeric_limits<double>::infinity());
+  write("memory.max", "400000\n");
+  EXPECT_EQ(left("0::/elsewhere\n"), 400000);
+}
+
 TEST_F(Predict, KeepsPilotsForOtherSizesOfTheSameShotOnly) {
   const app::Shot shot = read(kTank);
   EXPECT_FALSE(app::cached_pilot(shot, 3, 2));

@@ -424,6 +424,11 @@ TEST_F(SetMesh, SaysWhatIsWrongWithAFile) {
   expect_refused("large.obj", "v 0 0 0\nv 1e60 0 0\nv 1 0 1\nf 1 2 3\n", "is not finite");
   expect_refused("corner.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nf 1 2 9\n", "");
   expect_refused("truncated.ply", kPly.substr(0, kPly.size() - 16), "");
+  const std::string ply = kPly.substr(0, kPly.find("3 0 1 2"));
+  expect_refused("minus.ply", ply + "3 0 1 -1\n", "face 1 has a corner that is not there");
+  expect_refused("beyond.ply", ply + "3 0 1 99999999\n", "");
+  expect_refused("none.ply", ply + "0\n", "");
+  expect_refused("few.ply", std::string(kPly).replace(kPly.find("vertex 3"), 8, "vertex 2"), "");
   expect_refused("truncated.stl", binary_stl(1).substr(0, 100), "");
   expect_refused("huge.stl", binary_stl(4000000000u), "");
   expect_refused("huge.ply", std::string(kPly).replace(kPly.find("vertex 3"), 8, "vertex 4000000000"), "line 3");

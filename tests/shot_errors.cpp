@@ -358,6 +358,14 @@ TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {
   for (int i = 0; i < 100000; ++i) deep += ".a";
   EXPECT_EQ(line("[sim]\n" + deep + " = 1\n"), "x.toml:2: a key of more than 200 parts");
   EXPECT_TRUE(line(kLeast, {deep + "=1"}).ends_with(": a key of more than 200 parts"));
+  EXPECT_EQ(line("[sim]\n\"#\"." + deep + " = 1\n"), "x.toml:2: a key of more than 200 parts");
+  EXPECT_NE(line(kLeast, {"x={\"#\"." + deep + "=1}"}), "no error");
+  std::string tables = "1";
+  for (int i = 0; i < 120; ++i) tables = "{" + deep.substr(0, 301) + " = " + tables + "}";
+  EXPECT_EQ(line("x = " + tables + "\n"), "x.toml:1: tables in tables, more than 200 deep");
+  const std::string dots(250, '.');
+  EXPECT_TRUE(line(kLeast + "material = \"" + dots + "\"\n").starts_with("x.toml:4:12: body.column.material = \"..."));
+  EXPECT_TRUE(line("# " + dots + "\n" + kLeast + "material = '''" + dots + "\n'''\nwhat = 1\n").find("parts") == std::string::npos);
   EXPECT_LT(line(kLeast, {deep + "=1"}).size(), 1200u);
   EXPECT_NE(line("a = " + std::string(100000, '[')), "no error");
   std::string many;

@@ -31,6 +31,7 @@ Json grid_json(const surface::GridInfo& grid) {
   out["active"] = grid.active;
   if (grid.min) out["min"] = *grid.min;
   if (grid.max) out["max"] = *grid.max;
+  if (grid.not_finite > 0) out["not_finite"] = grid.not_finite;
   if (grid.bbox) out["bbox"] = *grid.bbox;
   out["half"] = grid.half;
   out["compression"] = grid.compression;
@@ -135,6 +136,7 @@ void print_grids(const Json& grids) {
     std::printf("%s\n", grid["half"].get<bool>() ? ", half" : "");
     if (grid.contains("min") && grid.contains("max"))
       std::printf("  values %s ... %s\n", base::to_text(grid["min"].get<double>()).c_str(), base::to_text(grid["max"].get<double>()).c_str());
+    if (grid.contains("not_finite")) std::printf("  %s values are not finite\n", plain(grid["not_finite"]).c_str());
     if (grid.contains("bbox")) std::printf("  voxels %s ... %s\n", grid["bbox"][0].dump().c_str(), grid["bbox"][1].dump().c_str());
     std::printf("  compression %s\n", plain(grid["compression"]).c_str());
     for (const auto& [name, value] : grid["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());

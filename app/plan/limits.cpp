@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <sstream>
 
 #include "app/plan/plan.h"
@@ -23,21 +24,27 @@ namespace fs = std::filesystem;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 // The number in a file that holds one; what says "max" or is not there limits nothing.
-double number_in(const char* file) {
+double number_in(const fs::path& file) {
   std::ifstream in(file);
   double number = 0;
   return in >> number ? number : kNoLimit;
 }
 
-double available() {
-  std::ifstream info("/proc/meminfo");
-  for (std::string line; std::getline(info, line);) {
+// What stands behind a name at the beginning of a line.
+std::optional<double> number_of(const fs::path& file, std::string_view name) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
     std::istringstream words(line);
-    std::string name;
-    double kilobytes = 0;
-    if (words >> name >> kilobytes && name == "MemAvailable:") return 1024 * kilobytes;
+    std::string word;
+    double number = 0;
+    if (words >> word >> number && word == name) return number;
   }
-  return kNoLimit;
+  return {};
+}
+
+double available() {
+  const auto kilobytes = number_of("/proc/meminfo", "MemAvailable:");
+  return kilobytes ? 1024 * *kilobytes : kNoLimit;
 }
 
 double limit_of(__rlimit_resource kind) {
@@ -93,8 +100,31 @@ std::string bytes_text(double bytes) {
   return text;
 }
 
+double memory_of_groups(const fs::path& list, const fs::path& mount) {
+  double least = kNoLimit;
+  const auto look_into = [&](fs::path group, const char* most, const char* held, const char* cache) {
+    for (;; group = group.parent_path()) {
+      const double used = number_in(group / held), cached = number_of(group / "memory.stat", cache).value_or(0);
+      least = std::min(least, number_in(group / most) - (used == kNoLimit ? 0 : std::max(used - cached, 0.0)));
+      if (group == mount || !group.has_relative_path()) return;
+    }
+  };
+  std::ifstream groups(list);
+  for (std::string line; std::getline(groups, line);) {   // "0::/path" of the second version, "4:memory:/path" of the first
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos || second + 1 == line.size()) continue;
+    const std::string kinds = "," + line.substr(first + 1, second - first - 1) + ",";
+    const fs::path path = fs::path(line.substr(second + 1)).relative_path().lexically_normal();
+    const bool is_around = path.empty() || path == "." || *path.begin() == "..";   // seen from within a namespace
+    if (kinds == ",,") look_into(is_around ? mount : mount / path, "memory.max", "memory.current", "inactive_file");
+    if (kinds.find(",memory,") != std::string::npos)
+      look_into(is_around ? mount / "memory" : mount / "memory" / path, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file");
+  }
+  return least;
+}
+
 double free_memory() {
-  double bytes = std::min(available(), number_in("/sys/fs/cgroup/memory.max") - std::min(number_in("/sys/fs/cgroup/memory.current"), 1e18));
+  double bytes = std::min(available(), memory_of_groups("/proc/self/cgroup", "/sys/fs/cgroup"));
   for (const auto kind : {RLIMIT_AS, RLIMIT_DATA}) bytes = std::min(bytes, limit_of(kind));
   return bytes;
 }

@@ -11,6 +11,9 @@ std::string bytes_text(double bytes);
 
 /// Bytes of memory that this process can still get: what the machine has free, and no more than its group or its limits allow.
 double free_memory();
+/// Of them, what control groups leave: those that `list` names (as /proc/self/cgroup does) and those around them, with their files under `mount`. Files
+/// that are cached count as free.
+double memory_of_groups(const std::filesystem::path& list, const std::filesystem::path& mount);
 /// Bytes that can be written at `path`, or where it will be.
 double free_disk(const std::filesystem::path&);
 

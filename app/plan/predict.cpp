@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/plan/limits.h"
 #include "app/plan/plan.h"
 #include "sim/size.h"
 
@@ -46,7 +47,7 @@ class Predictor {
     if (const double bytes = checkpoint_bytes(shot_, particles_at(shot_, range.last), range.last); bytes > 0) out.disk["checkpoint"] = bytes;
     constexpr double kPage = 8e4, kPicture = 1.5e4, kMostPictures = 24;   // of report.html: the same for all shots
     out.disk["report"] = kPage + (shot_.has_pictures ? kPicture * std::min(out.frames, kMostPictures) : 0);
-    out.peak_bytes = memory();
+    out.peak_bytes = std::max(memory(), least(shot_, range).peak_bytes);
     return out;
   }
 

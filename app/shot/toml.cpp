@@ -70,17 +70,41 @@ Node converted(const toml::node& from, const Source& source) {
   return node;
 }
 
-// The parser nests a table for each part of a dotted key, by recursion: "a.a.a..." without end would take the stack.
+// Where a string or comment that begins at `at` ends: behind it, or at the line's end where it is not closed. `at` itself where none begins.
+std::size_t end_of_text(std::string_view text, std::size_t at) {
+  const char mark = text[at];
+  if (mark == '#') return std::min(text.find('\n', at), text.size());
+  if (mark != '"' && mark != '\'') return at;
+  const std::string_view three(mark == '"' ? "\"\"\"" : "\'\'\'"), one = three.substr(0, 1);
+  const bool is_long = text.substr(at).starts_with(three);
+  const std::string_view closing = is_long ? three : one;
+  for (at += closing.size(); at < text.size(); ++at) {
+    if (text.substr(at).starts_with(closing)) return at + closing.size();
+    if (text[at] == '\n' && !is_long) return at;
+    if (text[at] == '\\' && mark == '"') ++at;
+  }
+  return text.size();
+}
+
+// The parser nests a table for each part of a dotted key, and for each bracket, by recursion: "a.a.a..." without end would take the stack.
 void refuse_deep_keys(std::string_view text, const std::string& file) {
-    int parts = 0, line = 1;
-  bool in_comment = false;
-  for (const char c : text) {
+  std::vector<int> open;   // of each bracket, how deep it is in the one before
+  int parts = 0, depth = 0, line = 1;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (const std::size_t end = end_of_text(text, i); end > i) {
+      line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      if (end == text.size()) return;
+      i = end;
+    }
+    const char c = text[i];
     if (c == '\n') ++line;
-    if (c == '#') in_comment = true;
-    if (c == '\n') in_comment = false;
-    if (c == '\n' || c == '=' || c == ',' || c == '[' || c == ']' || c == '{' || c == '}') parts = 0;
-    if (c == '.' && !in_comment && ++parts > kMostParts)
-      throw base::Error({.file = file, .line = line, .message = "a key of more than " + std::to_string(kMostParts) + " parts"});
+    if (c == ',' || (c == '\n' && open.empty())) parts = 0;
+    if (c == '.') ++parts;
+    if (c == '[' || c == '{') open.push_back(parts + 1), depth += open.back(), parts = 0;
+    if ((c == ']' || c == '}') && !open.empty()) depth -= open.back(), open.pop_back(), parts = 0;
+    if (parts > kMostParts || depth + parts > kMostParts)
+      throw base::Error({.file = file, .line = line, .message = (parts > kMostParts ? "a key of more than " : "tables in tables, more than ") +
+                                                                std::to_string(kMostParts) + (parts > kMostParts ? " parts" : " deep")});
   }
 }
 

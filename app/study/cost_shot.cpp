@@ -236,7 +236,7 @@ class ShotStudy {
     double particles = 0;
     for (const auto* trials : {&references_, &variants_})
       for (const Trial& t : *trials)
-        if (t.variant.ran()) particles += sim::particles_at(double(shot_.frames - 1) / shot_.fps, read_shot(file_, run_of(t, {}).overrides).scene);
+        if (t.variant.ran()) particles += sim::particles_at(double(last_ - 1) / shot_.fps, read_shot(file_, run_of(t, {}).overrides).scene);
     const double own = shot_.scene.options.dimension == 2 ? kComparedFlat : kCompared;
     besides.emplace_back("comparing", particles * double(compared_.size()) * own / order_.threads);
     return besides;

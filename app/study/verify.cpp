@@ -1,5 +1,7 @@
 #include "app/study/verify.h"
 
+#include <fnmatch.h>
+
 #include <tbb/parallel_for_each.h>
 
 #include <algorithm>
@@ -25,11 +27,7 @@ constexpr const char* kOfShots = "threads_and_restarts";
 constexpr const char* kNoShots = "the shipped shots, and none lie beside the program";
 
 /// `pattern` with * for any letters and ? for one.
-bool matches(std::string_view text, std::string_view pattern) {
-  if (pattern.empty()) return text.empty();
-  if (pattern.front() == '*') return matches(text, pattern.substr(1)) || (!text.empty() && matches(text.substr(1), pattern));
-  return !text.empty() && (pattern.front() == '?' || pattern.front() == text.front()) && matches(text.substr(1), pattern.substr(1));
-}
+bool matches(const std::string& text, const std::string& pattern) { return fnmatch(pattern.c_str(), text.c_str(), 0) == 0; }
 
 bool is_meant(const sim::VerifyCase& c, const std::string& pattern) {
   return matches(c.name, pattern) || c.name.starts_with(pattern.ends_with('/') ? pattern : pattern + "/");

@@ -247,7 +247,7 @@ std::int64_t not_finite_in(const fs::path& file) {
     return std::count_if(frame.position.begin(), frame.position.end(), none) + std::count_if(frame.velocity.begin(), frame.velocity.end(), none);
   }
   std::int64_t sum = 0;
-  for (const surface::GridInfo& grid : surface::info(file)) sum += (grid.min && !std::isfinite(*grid.min)) || (grid.max && !std::isfinite(*grid.max));
+  for (const surface::GridInfo& grid : surface::info(file)) sum += std::int64_t(grid.not_finite);
   base::Ledger ledger;
   const surface::Mesh mesh = surface::read_surface(file, {}, ledger);
   return sum + std::count_if(mesh.position.begin(), mesh.position.end(), none) + std::count_if(mesh.velocity.begin(), mesh.velocity.end(), none);

@@ -1,6 +1,7 @@
 // Image files; the only file that knows OpenImageIO.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -71,16 +72,6 @@ std::string reason_of(const std::string& message) {
   return message.empty() ? "cannot be read" : message.substr(0, message.find('\n'));
 }
 
-/// CRC-32 of ISO 3309, as PNG has it.
-std::uint32_t crc32(std::string_view bytes) {
-  std::uint32_t crc = 0xffffffffu;
-  for (const char byte : bytes) {
-    crc ^= static_cast<unsigned char>(byte);
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (crc & 1u ? 0xedb88320u : 0u);
-  }
-  return ~crc;
-}
-
 /// Every chunk of a PNG has a checksum; damage is found here, because libpng prints lines of its own about it.
 void check_png(const std::filesystem::path& path) {
   constexpr std::string_view kMark = "\x89PNG\r\n\x1a\n";
@@ -95,7 +86,7 @@ void check_png(const std::filesystem::path& path) {
   for (std::size_t at = kMark.size(); at + 12 <= file.size();) {   // length, name, data, checksum
     const std::size_t length = number(at);
     if (length > file.size() - at - 12) break;
-    if (crc32(file.substr(at + 4, length + 4)) != number(at + 8 + length))
+    if (crc32_z(0, reinterpret_cast<const Bytef*>(file.data()) + at + 4, length + 4) != number(at + 8 + length))
       base::throw_input(path.string(), "the file is damaged (a checksum does not match)");
     if (file.substr(at + 4, 4) == "IEND") return;
     at += 12 + length;
@@ -104,7 +95,11 @@ void check_png(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
-  if (base::extension_of(path) == ".png") check_png(path);
+  constexpr std::string_view kKinds[] = {".exr", ".hdr", ".png", ".jpg", ".jpeg", ".tif", ".tiff"};   // others' readers may end the program
+  const std::string kind = base::extension_of(path);
+  if (std::find(std::begin(kKinds), std::end(kKinds), kind) == std::end(kKinds))
+    base::throw_input(path.string(), "is no picture that is read: must end in .exr, .hdr, .png, .jpg or .tif");
+  if (kind == ".png") check_png(path);
   auto in = OIIO::ImageInput::open(path.string());
   if (!in) base::throw_input(path.string(), reason_of(OIIO::geterror()));
   return in;
