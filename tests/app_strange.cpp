@@ -280,6 +280,12 @@ TEST_F(Strange, AShotWithAFileBesideItGoesOn) {
   run_well({"simulate", "out/s/shot.toml", "--out", "again", "--frames", "1"});   // the run's copy finds the file from where it is
   run_well({"simulate", "again/shot.toml", "--out", "again", "--frames", "1"});
   EXPECT_EQ(text_of(folder / "again/shot.toml").substr(0, 37), "# The files it names lie in ../sub\n[s");
+  const std::string strange = "caf\xe9 %\t\x01";   // neither UTF-8 nor what a comment may hold
+  fs::rename(folder / "sub", folder / strange);
+  run_well({"simulate", strange + "/s.toml", "--out", "strange", "--frames", "1"});
+  EXPECT_NE(run_well({"simulate", strange + "/s.toml", "--out", "strange", "--frames", "1"}).out.find("kept   frame 1\n"), std::string::npos);
+  run_well({"simulate", "strange/shot.toml", "--out", "strange", "--frames", "1"});
+  fs::rename(folder / strange, folder / "sub");
   write("bare.toml", std::string(kSmallShot) + "\n[[set]]\nname = \"m\"\nmesh = { file = \"sub/m.obj\" }\n");
   run_well({"simulate", "bare.toml", "--frames", "1"});
   run_well({"simulate", "out/bare/shot.toml", "--out", "again_bare", "--frames", "1"});

@@ -323,6 +323,13 @@ TEST_F(Diff, OfARunWithItselfIsNothingAndAMutantIsFound) {
   const Outcome tolerant = run({"diff", "audited", "nearly", "--fail", "0.01", "--json"});   // whatever the surfaces are
   EXPECT_EQ(Json::parse(tolerant.out).at("stages").at(0).at("differ"), 0) << tolerant.out;
 
+  film("small", {"--frames", "3", "--set", "render.width=80"});
+  const Json small = diff({"one", "small"}, 6);
+  EXPECT_EQ(small.at("first").at("stage"), "render") << small;
+  EXPECT_EQ(small.at("stages").at(3).at("worst").at("unlike"), "80x90 pixels, and the other has 160x90");
+  const std::string sizes = run({"diff", "one", "small"}).out;
+  EXPECT_NE(sizes.find("frame 3: 80x90 pixels, and the other has 160x90\n"), std::string::npos) << sizes;
+
   const Json heavy = diff({"again", "heavy"}, 6);
   EXPECT_EQ(heavy.at("first"), Json::parse(R"({"frame": 1, "stage": "simulate"})"));   // more potential energy
   EXPECT_EQ(heavy.at("stages").at(1).at("first"), 2);                                  // the particles start alike

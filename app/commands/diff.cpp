@@ -84,6 +84,7 @@ std::string worst_text(const Json& worst) {
     for (const Json& grid : worst["grids"])
       line += (&grid == &worst["grids"][0] ? ": " : ", ") + text(grid["name"]) + " " +
               number(grid, "max", grid.contains("unit") ? (" " + text(grid["unit"])).c_str() : "");
+  else if (worst.contains("unlike")) line += ": " + text(worst["unlike"]);
   else line += ": " + number(worst, "max") + (worst.contains("psnr") ? ", psnr " + number(worst, "psnr", " dB") : "");
   return line;
 }

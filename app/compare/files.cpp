@@ -38,10 +38,12 @@ std::string channels_text(const render::Image& image) {
   return text;
 }
 
-void check_alike(const fs::path& file, const render::Image& a, const render::Image& b) {
+/// What keeps two images from being compared; empty: nothing.
+std::string unlike(const render::Image& a, const render::Image& b) {
   const auto size = [](const render::Image& image) { return std::to_string(image.width) + "x" + std::to_string(image.height); };
-  if (size(a) != size(b)) base::throw_input(file.string(), size(b) + " pixels, and the other has " + size(a));
-  if (a.channels != b.channels) base::throw_input(file.string(), "has channels " + channels_text(b) + ", and the other has " + channels_text(a));
+  if (size(a) != size(b)) return size(b) + " pixels, and the other has " + size(a);
+  if (a.channels != b.channels) return "has channels " + channels_text(b) + ", and the other has " + channels_text(a);
+  return {};
 }
 
 Json write_picture(const fs::path& file, const render::Image& a, const render::Image& b, const render::ImageDifference& difference) {
@@ -70,7 +72,7 @@ Json grid_json(const surface::GridDifference& grid, const Tolerance& tolerance) 
 
 Json compare_image_files(const fs::path& path_a, const fs::path& path_b, const Tolerance& tolerance, const std::optional<fs::path>& picture) {
   const render::Image a = render::read_image(path_a), b = render::read_image(path_b);
-  check_alike(path_b, a, b);
+  if (const std::string what = unlike(a, b); !what.empty()) base::throw_input(path_b.string(), what);
   const render::ImageDifference difference = render::compare(a, b, tolerance.fail);
   Json out = {{"same", difference.percent_over() <= tolerance.percent}, {"kind", "image"}};
   put_sums(difference.values, out);
@@ -84,6 +86,12 @@ Json compare_image_files(const fs::path& path_a, const fs::path& path_b, const T
   }
   if (picture) out["picture"] = write_picture(*picture, a, b, difference);
   return out;
+}
+
+Json compare_frame_images(const fs::path& a, const fs::path& b, const Tolerance& tolerance) {
+  if (const std::string what = unlike(render::read_image(a), render::read_image(b)); !what.empty())
+    return {{"same", false}, {"kind", "image"}, {"unlike", what}};
+  return compare_image_files(a, b, tolerance);
 }
 
 Json compare_volume_files(const fs::path& a, const fs::path& b, const Tolerance& tolerance) {

@@ -12,6 +12,8 @@ namespace app {
 /// `picture` receives the difference.
 nlohmann::ordered_json compare_image_files(const std::filesystem::path& a, const std::filesystem::path& b, const Tolerance&,
                                            const std::optional<std::filesystem::path>& picture = {});
+/// The same of one frame of two runs: those of other sizes or channels differ, and `unlike` says how.
+nlohmann::ordered_json compare_frame_images(const std::filesystem::path& a, const std::filesystem::path& b, const Tolerance&);
 /// {same, kind: "volume", grids}; with one grid in each file, its values also stand at the top.
 nlohmann::ordered_json compare_volume_files(const std::filesystem::path& a, const std::filesystem::path& b, const Tolerance&);
 /// {same, kind: "points", mean, rms, max, percent_over, position, velocity}: the values at the top are of the positions [m],

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 /// What a record says of the making of a frame and not of the frame.
 const std::set<std::string> kUntold = {"schema", "stage", "frame", "hash", "version", "source", "files", "seconds", "cpu_seconds", "peak_bytes",
-                                       "passes", "checkpoint", "attributes"};
+                                       "passes", "checkpoint", "attributes", "checksum"};
 
 Json read_record_of(const Folder& folder, std::int64_t frame) {
   const fs::path file = folder.record(Stage::simulate, frame);
@@ -103,13 +103,13 @@ const Part kParts[] = {
      }},
     {"render", Stage::render,
      [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
-       Json light = compare_image_files(a.image(frame, ".exr"), b.image(frame, ".exr"), t);
+       Json light = compare_frame_images(a.image(frame, ".exr"), b.image(frame, ".exr"), t);
        if (light.value("max", 0.0) > 0 || !light["same"].get<bool>()) return light;   // what is displayed follows
-       return compare_image_files(a.image(frame, ".png"), b.image(frame, ".png"), t);
+       return compare_frame_images(a.image(frame, ".png"), b.image(frame, ".png"), t);
      }},
     {"preview", Stage::preview,
      [](const Folder& a, const Folder& b, std::int64_t frame, const Tolerance& t) {
-       return compare_image_files(a.preview(frame), b.preview(frame), t);
+       return compare_frame_images(a.preview(frame), b.preview(frame), t);
      }},
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -87,12 +88,33 @@ std::string_view folder_line(std::string_view text) {
   return text.starts_with(kFolderMark) ? text.substr(0, text.find(kFolderEnd) + kFolderEnd.size()) : std::string_view();
 }
 
+/// A path as a TOML comment may hold it: bytes that are not printable ASCII, and %, as %XX.
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte < 0x7f && c != '%') text += c;
+    else text += fmt::format("%{:02x}", byte);
+  }
+  return text;
+}
+std::string plain_bytes(std::string_view text) {
+  std::string path;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned byte = 0;
+    const char* const end = text.data() + std::min(text.size(), i + 3);
+    if (text[i] != '%' || std::from_chars(text.data() + i + 1, end, byte, 16).ptr != text.data() + i + 3) path += text[i];
+    else path += static_cast<char>(byte), i += 2;
+  }
+  return path;
+}
+
 /// Where the files lie that a shot names: beside it, or beside what a run's copy was made from.
 std::filesystem::path folder_of(const std::filesystem::path& file, std::string_view text) {
   const std::string_view line = folder_line(text);
   std::error_code none;
   if (line.empty() || !std::filesystem::is_directory(file.parent_path() / "ledger", none)) return file.parent_path();
-  return file.parent_path() / line.substr(kFolderMark.size(), line.size() - kFolderMark.size() - kFolderEnd.size());
+  return file.parent_path() / plain_bytes(line.substr(kFolderMark.size(), line.size() - kFolderMark.size() - kFolderEnd.size()));
 }
 
 /// What nobody named is called by its number.
@@ -370,9 +392,28 @@ std::string copy_of(const Shot& shot, const std::filesystem::path& out) {
                               there = std::filesystem::weakly_canonical(std::filesystem::absolute(out, none), none),
                               from = std::filesystem::weakly_canonical(std::filesystem::absolute(own, none), none);
   const std::string way = from.lexically_relative(there).generic_string();
-  if (way == "." || way.find('\n') != std::string::npos || named_files(shot).empty()) return shot.resolved;
-  return std::string(kFolderMark) + way + std::string(kFolderEnd) + shot.resolved;
+  if (way == "." || named_files(shot).empty()) return shot.resolved;
+  return std::string(kFolderMark) + escaped(way) + std::string(kFolderEnd) + shot.resolved;
 }
+
+namespace {
+
+/// "body.1.look" as "body.column.look", for entries that have a name.
+std::string with_name(const std::string& key, const Shot& shot) {
+  const auto named = [&](const std::string& list, const auto& entries) {
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      if (const std::string own = list + std::to_string(i + 1) + "."; !entries[i].name.empty() && key.starts_with(own))
+        return list + entries[i].name + "." + key.substr(own.size());
+    return key;
+  };
+  if (key.starts_with("body.")) return named("body.", shot.scene.bodies);
+  if (key.starts_with("collider.")) return named("collider.", shot.scene.colliders);
+  if (key.starts_with("source.")) return named("source.", shot.scene.sources);
+  if (key.starts_with("set.")) return named("set.", shot.render.sets);
+  return key;
+}
+
+}  // namespace
 
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage) {
   const Shot then = make_shot(read_text(resolved_before, "shot.toml", {}), "shot.toml", "");
@@ -385,7 +426,9 @@ std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const S
     else if (found->second != value) changed.push_back({key, found->second, value});
   for (const auto& [key, value] : before)
     if (!fresh.contains(key)) (find_value(then.written, key) ? changed : of_itself).push_back({key, value, ""});
-  return changed.empty() ? of_itself : changed;
+  std::vector<ChangedKey>& told = changed.empty() ? of_itself : changed;
+  for (ChangedKey& key : told) key.key = with_name(key.key, now);
+  return told;
 }
 
 bool is_resolved(const std::string& text) {

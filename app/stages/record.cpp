@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "app/stages/document.h"
 #include "app/plan/plan.h"
@@ -167,6 +168,23 @@ Json frame_entry(std::int64_t frame, double fps, const std::vector<Record>& reco
   return entry;
 }
 
+constexpr const char* kOwnSum = "checksum";
+
+std::string sum_of_text(const Json& json) {
+  const std::string text = document_text(json);
+  return hex16(base::checksum(std::as_bytes(std::span(text))));
+}
+
+/// The rest of a record whose own checksum is right; records of before there was one have none.
+Json checked(Json json) {
+  const auto own = json.find(kOwnSum);
+  if (own == json.end()) return json;
+  const std::string sum = *own;
+  json.erase(kOwnSum);
+  if (sum_of_text(json) != sum) throw std::runtime_error("damaged");
+  return json;
+}
+
 Record::File file_of(const Folder& folder, const fs::path& file, const base::FileSum& sum) {
   return {file.lexically_relative(folder.root()).generic_string(), sum.bytes, hex16(sum.checksum)};
 }
@@ -191,7 +209,9 @@ void write_record(const Folder& folder, std::int64_t dimension, Record record) {
   record.peak_bytes = base::peak_memory();
   const fs::path path = folder.record(record.stage, record.frame);
   Folder::make_room_for(path);
-  base::write_text_atomically(path, document_text(to_json(record)));
+  Json json = to_json(record);
+  json[kOwnSum] = sum_of_text(json);
+  base::write_text_atomically(path, document_text(json));
 }
 
 std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_t frame) {
@@ -199,7 +219,7 @@ std::optional<Record> read_record(const Folder& folder, Stage stage, std::int64_
   std::error_code none;
   if (!fs::exists(path, none)) return {};
   try {
-    Record record = record_from(read_document(path, kLargestRecord), stage);
+    Record record = record_from(checked(read_document(path, kLargestRecord)), stage);
     if (record.frame == frame) return record;
     return {};
   } catch (const std::exception&) {   // damaged or of another version: the frame is made again
