@@ -143,7 +143,7 @@ class Liquid final : public Simulation {
       way = step_.move(half, particles_, ledger);
       add_work(particles_.mass * step_.source_work());
       step_.scatter(particles_, half, ledger);
-      const double rest = project(dt / 2 < half ? dt / 2 : half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
+      const double rest = project(half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
       way += finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
     } else {

@@ -4,7 +4,6 @@
 
 #include "sim/fluid/multigrid_level.h"
 #include "sim/fluid/poisson.h"
-#include "sim/fluid/pressure.h"
 
 namespace sim {
 namespace {
@@ -131,7 +130,6 @@ void apply_tiles(const Level<D>& level, const Vector& x, std::size_t begin, std:
 template <int D>
 struct PoissonSolver<D>::Parts {
   std::vector<Level<D>> levels;   // finest first
-  std::vector<Level<D>> spare;    // of other calls, for what they hold
   std::unique_ptr<CholeskyFactor> coarsest;
   Numbered<D> coarsest_unknowns;
   Vector coarse_b, coarse_x;

@@ -22,7 +22,7 @@ struct PoissonReport {
   bool converged = true;
 };
 
-inline constexpr std::int64_t kMostCycles = 30;
+inline constexpr std::int64_t kMostCycles = 30, kDirectUnknowns = 1500;
 
 template <int D>
 class PoissonSolver {
@@ -32,8 +32,8 @@ class PoissonSolver {
   PoissonSolver(PoissonSolver&&) noexcept;
   PoissonSolver& operator=(PoissonSolver&&) noexcept;
 
-  /// Solves to a relative residual of `tolerance`, from zero. Systems of at most kDirectUnknowns are factorised. What is allocated stays
-  /// for the next call. A right-hand side that is not finite gives converged = false.
+  /// Solves to a relative residual of `tolerance`, from zero. Systems of at most kDirectUnknowns are factorised. Levels that
+  /// the next call has, too, keep what they have allocated. A right-hand side that is not finite gives converged = false.
   PoissonReport solve(const PoissonProblem<D>&, double tolerance);
   /// x of a tile, the n-th of PoissonProblem::tiles; means nothing in cells that are not unknown.
   std::span<const double> solution(std::size_t n) const;

@@ -60,8 +60,7 @@ void set_motion(const Body& body, const Options& o, Group<D, Real>& group) {
       for (int r = 0; r < p.modes; ++r) {
         const ModeIndex<D>& mode = group.scheme.modes[std::size_t(r)];
         double value = r == 0 ? v[c] : 0;
-        for (int a = 0, degree = 0; a < D; ++a) {
-          degree += mode[a];
+        for (int a = 0; a < D; ++a) {
           bool alone = mode[a] == 1;
           for (int b = 0; b < D; ++b) alone = alone && (b == a || mode[b] == 0);
           if (alone) value = turning(c, a) * o.cell;
