@@ -29,10 +29,11 @@ base::Vec3 nearest_on(const std::array<base::Vec3, 3>& t, const base::Vec3& at) 
   return t[0] + (b * ab + c * ac) / (a + b + c);
 }
 
-/// The place of a mesh that is nearest to a point.
+/// The place of a mesh's surface that is nearest to a point. What lies between two pieces that overlap or touch is none of it.
 class Nearest {
  public:
-  explicit Nearest(const ClosedMesh& mesh) : mesh_(mesh) {
+  /// `aside` [m] is how far beside the surface it is asked what lies there.
+  Nearest(const ClosedMesh& mesh, double aside) : mesh_(mesh), aside_(aside) {
     std::vector<std::uint32_t> numbers(mesh.triangles());
     std::iota(numbers.begin(), numbers.end(), 0u);
     std::vector<Eigen::AlignedBox3d> boxes;
@@ -43,8 +44,8 @@ class Nearest {
     tree_.init(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
   }
   /// `triangle` is where the search begins, best near a place asked for before, and then the one that is nearest.
-  base::Vec3 operator()(const base::Vec3& at, std::uint32_t& triangle) const {
-    Search search{mesh_, at, std::numeric_limits<double>::max(), triangle, at};
+  base::Vec3 operator()(const base::Vec3& at, bool is_inside, std::uint32_t& triangle) const {
+    Search search{*this, at, is_inside, std::numeric_limits<double>::max(), triangle, at};
     search.minimumOnObject(triangle);
     Eigen::BVMinimize(tree_, search);
     triangle = search.triangle;
@@ -54,8 +55,9 @@ class Nearest {
  private:
   struct Search {
     using Scalar = double;
-    const ClosedMesh& mesh;
+    const Nearest& nearest;
     base::Vec3 at;
+    bool is_inside;
     double least;
     std::uint32_t triangle;
     base::Vec3 found;
@@ -64,50 +66,73 @@ class Nearest {
       return d < least ? d : std::numeric_limits<double>::max();   // not looked into
     }
     double minimumOnObject(std::uint32_t t) {
-      const base::Vec3 near = nearest_on(mesh.triangle(t), at);
+      const std::array<base::Vec3, 3> corners = nearest.mesh_.triangle(t);
+      const base::Vec3 near = nearest_on(corners, at);
       const double d = (at - near).squaredNorm();
-      if (d < least) least = d, triangle = t, found = near;
+      if (!(d < least) || (is_inside && nearest.is_buried(near, corners))) return std::numeric_limits<double>::max();
+      least = d, triangle = t, found = near;
       return d;
     }
   };
+  /// Whether both sides of a triangle are inside at one of its places.
+  bool is_buried(const base::Vec3& place, const std::array<base::Vec3, 3>& corners) const {
+    const base::Vec3 outward = aside_ * (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    return mesh_.inside(place + outward) && mesh_.inside(place - outward);
+  }
+
   const ClosedMesh& mesh_;
+  double aside_;
   Eigen::KdBVH<double, 3, std::uint32_t> tree_;
 };
 
-/// The part of the surface [1] that has less than `depth` [m] of the solid under it, by the middles of its triangles.
-double part_thinner_than(double depth, const ClosedMesh& mesh) {
-  double thin = 0, all = 0;
-  for (std::size_t t = 0; t < mesh.triangles(); ++t) {
-    const auto [a, b, c] = mesh.triangle(t);
-    const base::Vec3 twice = (b - a).cross(c - a);
-    const double area = twice.norm();
-    if (area == 0) continue;
-    all += area;
-    if (!mesh.inside((a + b + c) / 3 - depth / area * twice)) thin += area;
-  }
-  return all > 0 ? thin / all : 1;
+/// The part of the surface [1] within a box that has less than `depth` [m] of the solid under it, by the middles of its triangles. A wall that comes
+/// after a gap does not count for the depth of the one before.
+double part_thinner_than(double depth, double finest, const ClosedMesh& mesh, const base::Box& within) {
+  struct Areas {
+    double thin = 0, all = 0;
+  };
+  const Areas areas = base::ordered_reduce(mesh.triangles(), 1024, Areas{}, [&](std::size_t begin, std::size_t end) {
+    Areas part;
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto [a, b, c] = mesh.triangle(t);
+      const base::Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c), twice = (b - a).cross(c - a);
+      const double area = twice.norm();
+      if (area == 0 || (low.array() > within.upper.array()).any() || (high.array() < within.lower.array()).any()) continue;
+      part.all += area;
+      for (double d = depth; d >= finest; d /= 2)
+        if (!mesh.inside((a + b + c) / 3 - d / area * twice)) {
+          part.thin += area;
+          break;
+        }
+    }
+    return part;
+  }, [](const Areas& a, const Areas& b) { return Areas{a.thin + b.thin, a.all + b.all}; });
+  return areas.all > 0 ? areas.thin / areas.all : 0;
 }
 
 }  // namespace
 
-MeshDistance::MeshDistance(std::shared_ptr<const ClosedMesh> mesh, double cell, const base::Vec3& origin)
+MeshDistance::MeshDistance(std::shared_ptr<const ClosedMesh> mesh, double cell, const base::Vec3& origin, const base::Box& within)
     : mesh_(std::move(mesh)) {
   constexpr double kFewThin = 0.05, kMostBricks = 3e7;
   constexpr int kThickest = 8, kLeastSpacing = 8;   // cells, and parts of one
   thickness_ = kThickest * cell;
+  const auto thinner_than = [&](double depth) { return part_thinner_than(depth, cell / kLeastSpacing, *mesh_, within); };
   double thin;
-  while ((thin = part_thinner_than(thickness_, *mesh_)) > kFewThin && thickness_ > cell / kLeastSpacing) thickness_ /= 2;
+  while ((thin = thinner_than(thickness_)) > kFewThin && thickness_ > cell / kLeastSpacing) thickness_ /= 2;
   if (thin > kFewThin) {
     objection_ = fmt::format("is thinner than an eighth of sim.cell on {:.0f} % of its surface: liquid would pass", 100 * thin);
     return;
   }
   spacing_ = std::min(thickness_, cell / 2);
+  part_too_thin_ = thinner_than(spacing_);
   const double margin = kBand * spacing_, edge = kEdge * spacing_;
   const base::Box& bounds = mesh_->bounds();
   double count = 1;
   for (int a = 0; a < 3; ++a) {
-    lower_[a] = origin[a] + std::floor((bounds.lower[a] - margin - origin[a]) / spacing_) * spacing_;
-    const double along = std::ceil((bounds.upper[a] + margin - lower_[a]) / edge);
+    const double low = std::max(bounds.lower[a], within.lower[a]) - margin, high = std::min(bounds.upper[a], within.upper[a]) + margin;
+    lower_[a] = origin[a] + std::floor((low - origin[a]) / spacing_) * spacing_;
+    const double along = std::max(std::ceil((high - lower_[a]) / edge), 0.0);   // none: nobody meets it
     bricks_[std::size_t(a)] = std::int64_t(std::min(along, kMostBricks));
     count *= along;
   }
@@ -121,18 +146,17 @@ void MeshDistance::prepare() const {
 void MeshDistance::compute() const {
   const ClosedMesh& mesh = *mesh_;
   const double margin = kBand * spacing_, edge = kEdge * spacing_;
-  const Nearest nearest(mesh);
-  const auto signed_distance = [&](const base::Vec3& at, const base::Vec3& near) { return (mesh.inside(at) ? -1 : 1) * (at - near).norm(); };
+  const Nearest nearest(mesh, 1e-3 * spacing_);
   const double half_diagonal = edge * std::sqrt(3.0) / 2;
   std::vector<Far> of_middle(std::size_t(bricks_[0] * bricks_[1] * bricks_[2]));
   const auto row = std::size_t(bricks_[2]);
   base::parallel_chunks(of_middle.size() / row, 4, [&](std::size_t begin, std::size_t end) {
     std::uint32_t triangle = 0;
     for (std::size_t b = begin * row; b < end * row; ++b) {
-      const base::Vec3 at = middle_of(std::int64_t(b)), near = nearest(at, triangle);
-      const double d = signed_distance(at, near);
-      const base::Vec3 way = d < 0 ? base::Vec3(near - at) : base::Vec3(at - near);
-      of_middle[b] = {float(d), way.norm() > 0 ? base::Vec3f(way.normalized().cast<float>()) : base::Vec3f(base::Vec3f::UnitZ())};
+      const base::Vec3 at = middle_of(std::int64_t(b));
+      const bool is_inside = mesh.inside(at);
+      const base::Vec3 way = (is_inside ? -1 : 1) * (at - nearest(at, is_inside, triangle));
+      of_middle[b] = {float(is_inside ? -way.norm() : way.norm()), way.norm() > 0 ? base::Vec3f(way.normalized().cast<float>()) : base::Vec3f(base::Vec3f::UnitZ())};
     }
   });
   std::vector<std::int64_t> close;
@@ -154,7 +178,9 @@ void MeshDistance::compute() const {
         const int along_z = k / kPoints % 2 ? kPoints - 1 - k % kPoints : k % kPoints;   // there and back: each point beside the one before
         const int along_y = k / (kPoints * kPoints) % 2 ? kPoints - 1 - k / kPoints % kPoints : k / kPoints % kPoints, along_x = k / (kPoints * kPoints);
         const base::Vec3 at = corner + spacing_ * base::Vec3(along_x, along_y, along_z);
-        points_[n * kPerBrick + std::size_t((along_x * kPoints + along_y) * kPoints + along_z)] = float(signed_distance(at, nearest(at, triangle)));
+        const bool is_inside = mesh.inside(at);
+        const double distance = (at - nearest(at, is_inside, triangle)).norm();
+        points_[n * kPerBrick + std::size_t((along_x * kPoints + along_y) * kPoints + along_z)] = float(is_inside ? -distance : distance);
       }
     }
   });
@@ -190,14 +216,16 @@ double MeshDistance::linear(const float* points, const base::Vec3& in_brick, bas
 }
 
 double MeshDistance::distance(const base::Vec3& at, base::Vec3* normal) const {
-  if (brick_.empty()) return mesh_->inside(at) ? -1 : 1;
+  const auto by_sign = [&] { return mesh_->inside(at) ? -spacing_ : spacing_; };
+  if (brick_.empty()) return by_sign();
   const base::Vec3 where = (at - lower_) / (kEdge * spacing_);   // [bricks]
   bool is_held = true;
   for (int a = 0; a < 3; ++a) is_held = is_held && where[a] >= 0 && where[a] < double(bricks_[std::size_t(a)]);
   if (!is_held) {
     const base::Vec3 gap = (at - mesh_->bounds().upper).cwiseMax(0.0) - (mesh_->bounds().lower - at).cwiseMax(0.0);
-    if (normal) *normal = gap.normalized();
-    return gap.norm();
+    const bool is_outside = !gap.isZero(0);
+    if (normal) *normal = is_outside ? gap.normalized() : base::Vec3::UnitZ();
+    return is_outside ? gap.norm() : by_sign();
   }
   const base::Vec3 brick = where.array().floor();
   const auto number = (std::int64_t(brick.x()) * bricks_[1] + std::int64_t(brick.y())) * bricks_[2] + std::int64_t(brick.z());
@@ -207,10 +235,6 @@ double MeshDistance::distance(const base::Vec3& at, base::Vec3* normal) const {
   if (normal) *normal = far.normal.cast<double>();
   const double off = (at - middle_of(number)).norm();
   return far.distance < 0 ? double(far.distance) + off : double(far.distance) - off;
-}
-
-std::int64_t MeshDistance::bytes() const {
-  return std::int64_t(brick_.size() * sizeof(brick_[0]) + points_.size() * sizeof(points_[0]) + far_.size() * sizeof(far_[0]));
 }
 
 }  // namespace sim

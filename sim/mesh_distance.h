@@ -17,8 +17,9 @@ namespace sim {
 class MeshDistance {
  public:
   /// For cells of `cell` [m], with points on corners and middles of the cells of a grid that has one at `origin` [m]; closer where the mesh is thinner
-  /// than they are apart. `objection` says afterwards what is wrong: one that is objected to has no distances.
-  MeshDistance(std::shared_ptr<const ClosedMesh>, double cell, const base::Vec3& origin);
+  /// than they are apart. Nothing is asked outside of `within` [m] but whether it is inside the mesh. `objection` says afterwards what is wrong: one that is
+  /// objected to has no distances.
+  MeshDistance(std::shared_ptr<const ClosedMesh>, double cell, const base::Vec3& origin, const base::Box& within);
 
   /// Empty, or why there are none: walls too thin for the cells, or too many bricks.
   const std::string& objection() const { return objection_; }
@@ -29,7 +30,8 @@ class MeshDistance {
   double distance(const base::Vec3& at, base::Vec3* normal) const;
   /// [m] What the mesh is at least as thick as nearly everywhere: a power of two of cells, eight at the most.
   double thickness() const { return thickness_; }
-  std::int64_t bytes() const;
+  /// The part of its surface [1] under which there is less than half a cell, or less than points are apart.
+  double part_too_thin() const { return part_too_thin_; }
 
  private:
   static constexpr int kEdge = 8, kPoints = kEdge + 1;   // of a brick: intervals and points along an edge
@@ -49,6 +51,7 @@ class MeshDistance {
   std::string objection_;
   base::Vec3 lower_ = base::Vec3::Zero();  // [m] lower corner of the bricks
   double spacing_ = 0, thickness_ = 0;     // [m]
+  double part_too_thin_ = 0;               // [1]
   std::array<std::int64_t, 3> bricks_{};   // along each axis
   mutable std::once_flag is_computed_;
   mutable std::vector<std::int32_t> brick_;   // of each: place in points_, or below 0 the one in far_, counted down from -1; empty until computed

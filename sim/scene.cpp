@@ -338,6 +338,20 @@ double most_particles(const Scene& scene) {
 
 }  // namespace
 
+void measure_meshes(Scene& scene) {
+  const Options& o = scene.options;
+  constexpr double kAround = 8, kAnywhere = 1e18;   // [cells] outside the domain that somebody may ask for; [m] where what moves may get to
+  for (Collider& collider : scene.colliders) {
+    if (!collider.shape.mesh) continue;
+    base::Box within = o.domain;
+    for (int a = 0; a < 3; ++a) {
+      const double more = !collider.velocity.isZero(0) ? kAnywhere : kAround * o.cell + (o.periodic(a) ? o.domain.size()[a] : 0);
+      within.lower[a] -= more, within.upper[a] += more;
+    }
+    collider.shape.mesh->distances = std::make_shared<const MeshDistance>(collider.shape.mesh->solid, o.cell, o.domain.lower, within);
+  }
+}
+
 std::optional<UnmetCollider> find_unmet_collider(const Scene& scene) {
   for (std::size_t c = 0; c < scene.colliders.size() && scene.options.is_solid(); ++c) {
     const Collider& collider = scene.colliders[c];

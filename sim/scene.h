@@ -184,6 +184,10 @@ struct Scene {
 /// [kg/m^3] of a fluid scene.
 double liquid_density(const Scene&);
 
+/// Gives colliders that are meshes distances for the cells and the domain that there are; they are not computed before a simulation asks. Meshes must
+/// have been read.
+void measure_meshes(Scene&);
+
 /// A collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
 struct UnmetCollider {
   std::size_t number;      // from 0

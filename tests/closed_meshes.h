@@ -70,10 +70,11 @@ inline sim::Shape::Mesh shape_of(const Surface& s, double scale, const base::Vec
   mesh.solid = std::make_shared<const sim::ClosedMesh>(s.corners, s.triangles, scale, translate);
   return mesh;
 }
+inline base::Box everywhere() { return {base::Vec3::Constant(-1e9), base::Vec3::Constant(1e9)}; }
 /// The same, with distances for cells of `cell` [m] of a domain that begins at 0.
 inline sim::Shape::Mesh collider_of(const Surface& s, double scale, const base::Vec3& translate, double cell) {
   sim::Shape::Mesh mesh = shape_of(s, scale, translate);
-  mesh.distances = std::make_shared<const sim::MeshDistance>(mesh.solid, cell, base::Vec3::Zero());
+  mesh.distances = std::make_shared<const sim::MeshDistance>(mesh.solid, cell, base::Vec3::Zero(), everywhere());
   mesh.distances->prepare();
   return mesh;
 }

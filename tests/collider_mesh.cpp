@@ -135,7 +135,7 @@ TEST(MeshDistance, OfABoxIsTheBoxsBesideItsFaces) {
 
 TEST(MeshDistance, GoesFinerWhereTheMeshIsThinAndRefusesWhatIsTooThin) {
   const auto distances = [](const Surface& s, double scale) {
-    return MeshDistance(mesh_test::shape_of(s, scale, Vec3::Zero()).solid, 0.05, Vec3::Zero());
+    return MeshDistance(mesh_test::shape_of(s, scale, Vec3::Zero()).solid, 0.05, Vec3::Zero(), mesh_test::everywhere());
   };
   EXPECT_EQ(distances(bowl(0.2), 0.4).thickness(), 0.05);   // walls of 8 cm
   EXPECT_EQ(distances(bowl(0.1), 0.4).thickness(), 0.025);
@@ -267,6 +267,33 @@ TEST(ColliderMesh, MovesThroughWaterAsTheBallItIsOf) {
   const Done sphere = moved(false), mesh = moved(true);
   EXPECT_NEAR(mesh.work, sphere.work, 0.1 * sphere.work);
   EXPECT_NEAR(mesh.last.kinetic_energy, sphere.last.kinetic_energy, 0.1 * sphere.last.kinetic_energy);
+}
+
+// Where pieces of a mesh overlap or touch there is no surface: what slides over them without friction goes on.
+TEST(ColliderMesh, HasNoFacesWherePiecesMeet) {
+  const auto slid = [](const Surface& surface) {
+    Scene scene = solid_test::walled_scene(3, 1, 1.0 / 24);
+    Body cube;
+    cube.name = "cube";
+    cube.is_solid = true;
+    cube.solid = {.model = Elasticity::neo_hookean, .density = 1000, .young = 2e5, .poisson = 0.3};
+    cube.shape.box = base::Box{Vec3(0.2, 0.4, 0.3), Vec3(0.4, 0.6, 0.5)};
+    cube.velocity = Vec3(1, 0, 0);
+    scene.bodies = {cube};
+    scene.effects = {gravity()};
+    Collider table;
+    table.meets_solids = true;
+    table.shape.mesh = collider_of(surface, 1, Vec3::Zero(), scene.options.cell);
+    scene.colliders = {table};
+    return run(scene, 8).back().linear_momentum.x() / run(scene, 0).back().linear_momentum.x();
+  };
+  Surface tiles = box({0.05f, 0.05f, 0.1f}, {0.5f, 0.95f, 0.3f}), lap = tiles, buried = box({0.05f, 0.05f, 0.1f}, {0.95f, 0.95f, 0.3f});
+  tiles.add(box({0.5f, 0.05f, 0.1f}, {0.95f, 0.95f, 0.3f}));
+  lap.add(box({0.4f, 0.05f, 0.1f}, {0.95f, 0.95f, 0.3f}));
+  buried.add(box({0.3f, 0.3f, 0.15f}, {0.8f, 0.8f, 0.27f}));
+  EXPECT_NEAR(slid(tiles), 1, 1e-3);
+  EXPECT_NEAR(slid(lap), 1, 1e-3);
+  EXPECT_NEAR(slid(buried), 1, 1e-3);
 }
 
 // A block that slides over a table, of a box or of a mesh.

@@ -179,12 +179,6 @@ void read_solid(sim::Shape::Mesh& mesh, const std::filesystem::path& folder) {
   if (!mesh.solid->objection().empty()) base::throw_input(path.string(), mesh.solid->objection());
 }
 
-void read_collider(sim::Shape::Mesh& mesh, const std::filesystem::path& folder, const sim::Options& o) {
-  read_solid(mesh, folder);
-  mesh.distances = std::make_shared<const sim::MeshDistance>(mesh.solid, o.cell, o.domain.lower);
-  if (!mesh.distances->objection().empty()) base::throw_input((folder / mesh.file).string(), mesh.distances->objection());
-}
-
 /// What is wrong with a file, said where the shot names it.
 template <class Read>
 void at_its_key(const Shot& shot, const std::string& key, const Read& read) {
@@ -359,12 +353,16 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
     const std::string& name = shot.scene.colliders[i].name;
     return "collider." + (name.empty() ? std::to_string(i + 1) : name) + "." + key;
   };
-  for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i) {
-    sim::Shape& shape = shot.scene.colliders[i].shape;
-    if (!shape.mesh) continue;
-    at_its_key(shot, key_of_collider(i, "shape.mesh.file"), [&] { read_collider(*shape.mesh, shot.folder, shot.scene.options); });
-    shot.render.colliders[i].shape = shape;
-  }
+  const auto of_meshes = [&](const auto& body) {
+    for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i)
+      if (sim::Shape& shape = shot.scene.colliders[i].shape; shape.mesh) at_its_key(shot, key_of_collider(i, "shape.mesh.file"), [&] { body(i, *shape.mesh); });
+  };
+  of_meshes([&](std::size_t, sim::Shape::Mesh& mesh) { read_solid(mesh, shot.folder); });
+  sim::measure_meshes(shot.scene);
+  of_meshes([&](std::size_t i, sim::Shape::Mesh& mesh) {
+    if (!mesh.distances->objection().empty()) base::throw_input((shot.folder / mesh.file).string(), mesh.distances->objection());
+    shot.render.colliders[i].shape.mesh = mesh;
+  });
   if (const auto unmet = sim::find_unmet_collider(shot.scene))
     throw error_about(shot, {.key = key_of_collider(unmet->number, unmet->key), .message = unmet->need});
   for (const render::SetPiece& piece : shot.render.sets)

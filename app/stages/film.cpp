@@ -1,5 +1,7 @@
 #include "app/stages/film.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <new>
@@ -206,6 +208,16 @@ fs::path result_of(const Making& m) {
   return m.folder.outputs(m.order.stages.back(), 1).front().parent_path();
 }
 
+void announce_thin_meshes(const sim::Scene& scene, base::Progress& progress) {
+  constexpr double kTold = 1e-3;   // parts of the surface: edges have less
+  for (std::size_t c = 0; c < scene.colliders.size(); ++c) {
+    const sim::Collider& collider = scene.colliders[c];
+    if (!collider.shape.mesh || collider.shape.mesh->distances->part_too_thin() < kTold) continue;
+    progress.line(fmt::format("thin   collider {}: {:.1f} % of its surface has less than half a cell under it, and may let through what comes there",
+                              collider.name.empty() ? std::to_string(c + 1) : collider.name, 100 * collider.shape.mesh->distances->part_too_thin()));
+  }
+}
+
 void announce(const Making& m, const std::string& again, const Finished& finished, base::Progress& progress) {
   const render::Options& picture = m.shot.render.options;
   std::string text = "shot   " + m.shot.name + "  " + frames_text(m.range.first, m.range.last);
@@ -213,6 +225,7 @@ void announce(const Making& m, const std::string& again, const Finished& finishe
   if (m.wants(Stage::render) && m.dimension() == 3) text += "  " + std::to_string(picture.spp) + " spp";
   progress.line(text + "  " + base::count_of(m.order.threads, "thread"));
   progress.line("plan   " + plan_line(m.shot) + (m.order.cost.empty() ? "" : ", " + m.order.cost));
+  if (m.wants(Stage::simulate)) announce_thin_meshes(m.shot.scene, progress);
   if (!again.empty()) progress.line("again  " + again);
   if (finished.damaged().empty()) return;
   const std::size_t more = finished.damaged().size() - 1;

@@ -34,7 +34,7 @@ std::string key_of_mesh(const Shot& shot) {
   for (const sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) return "body." + body.name + ".shape.mesh.file";
   for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i)
-    if (shot.scene.colliders[i].shape.mesh) return "collider." + std::to_string(i + 1) + ".shape.mesh.file";
+    if (shot.scene.colliders[i].shape.mesh) return "collider." + (shot.scene.colliders[i].name.empty() ? std::to_string(i + 1) : shot.scene.colliders[i].name) + ".shape.mesh.file";
   return {};
 }
 

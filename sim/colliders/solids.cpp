@@ -80,10 +80,7 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
     : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), colliders_(scene.colliders), options_(scene.options) {
   for (std::size_t a = 0; a < std::size_t(D); ++a)
     for (std::size_t side = 0; side < 2; ++side) open[a][side] = options_.boundary[a][side] == Side::open;
-  for (Collider& collider : colliders_) {
-    collider.shape = continued_through_walls(collider.shape, options_);
-    if (collider.shape.mesh) collider.shape.mesh->distances->prepare();
-  }
+  for (Collider& collider : colliders_) collider.shape = continued_through_walls(collider.shape, options_);
   move_to(0);
 }
 
