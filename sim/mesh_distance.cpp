@@ -144,6 +144,7 @@ void MeshDistance::prepare() const {
 }
 
 void MeshDistance::compute() const {
+  if (bricks_[0] * bricks_[1] * bricks_[2] == 0) return;   // it is nowhere near
   const ClosedMesh& mesh = *mesh_;
   const double margin = kBand * spacing_, edge = kEdge * spacing_;
   const Nearest nearest(mesh, 1e-3 * spacing_);
@@ -216,16 +217,14 @@ double MeshDistance::linear(const float* points, const base::Vec3& in_brick, bas
 }
 
 double MeshDistance::distance(const base::Vec3& at, base::Vec3* normal) const {
-  const auto by_sign = [&] { return mesh_->inside(at) ? -spacing_ : spacing_; };
-  if (brick_.empty()) return by_sign();
   const base::Vec3 where = (at - lower_) / (kEdge * spacing_);   // [bricks]
-  bool is_held = true;
+  bool is_held = !brick_.empty();
   for (int a = 0; a < 3; ++a) is_held = is_held && where[a] >= 0 && where[a] < double(bricks_[std::size_t(a)]);
   if (!is_held) {
     const base::Vec3 gap = (at - mesh_->bounds().upper).cwiseMax(0.0) - (mesh_->bounds().lower - at).cwiseMax(0.0);
     const bool is_outside = !gap.isZero(0);
     if (normal) *normal = is_outside ? gap.normalized() : base::Vec3::UnitZ();
-    return is_outside ? gap.norm() : by_sign();
+    return is_outside ? gap.norm() : mesh_->inside(at) ? -spacing_ : spacing_;
   }
   const base::Vec3 brick = where.array().floor();
   const auto number = (std::int64_t(brick.x()) * bricks_[1] + std::int64_t(brick.y())) * bricks_[2] + std::int64_t(brick.z());

@@ -23,7 +23,7 @@ class MeshDistance {
 
   /// Empty, or why there are none: walls too thin for the cells, or too many bricks.
   const std::string& objection() const { return objection_; }
-  /// Computes them, the first time. Until then `distance` is the sign of it and no normal. Not to be called while others ask for distances.
+  /// Computes them, the first time. Until then `distance` has their sign and is no more than they are. Not to be called while others ask for distances.
   void prepare() const;
   /// [m] Below 0 inside; within kBand points of the surface the distance, farther off no more than it. `normal` (when given) points away from the nearest
   /// place of the surface, as far as that is known, and is of length 1.

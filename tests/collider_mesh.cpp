@@ -152,6 +152,20 @@ TEST(MeshDistance, GoesFinerWhereTheMeshIsThinAndRefusesWhatIsTooThin) {
   EXPECT_NEAR(thin.distance(Vec3(0, 0, -0.21), nullptr), 0.01, 1e-3);
 }
 
+// A hill that goes on beyond the domain, and what is nowhere near it.
+TEST(MeshDistance, IsThatOfTheWholeMeshWithinTheDomainAlone) {
+  const base::Box domain{Vec3(0, 0, 0), Vec3(1, 1, 1)};
+  const auto hill = mesh_test::shape_of(ball(64), 3, Vec3(0.5, 0.5, -2.7)).solid;
+  const MeshDistance there(hill, 0.05, Vec3::Zero(), domain), afar(mesh_test::shape_of(ball(16), 0.3, Vec3(5, 5, 5)).solid, 0.05, Vec3::Zero(), domain);
+  there.prepare(), afar.prepare();
+  for (const Vec3& at : {Vec3(0.5, 0.5, 0.4), Vec3(0.1, 0.9, 0.2), Vec3(0.9, 0.2, 0.1)})
+    EXPECT_NEAR(there.distance(at, nullptr), (at - Vec3(0.5, 0.5, -2.7)).norm() - 3, 5e-3) << at.transpose();
+  EXPECT_LT(there.distance(Vec3(2, 0.5, -2), nullptr), 0);   // outside the domain: the sign
+  EXPECT_GT(there.distance(Vec3(2.9, 2.9, -0.1), nullptr), 0);
+  EXPECT_NEAR(afar.distance(Vec3(1, 1, 1), nullptr), 3.7 * std::sqrt(3.0), 0.1);
+  EXPECT_LT(afar.distance(Vec3(5, 5, 5), nullptr), 0);
+}
+
 TEST(MeshDistance, HasTheSameBitsOnAnyNumberOfThreads) {
   const auto sample = [&](int threads) {
     std::vector<double> values;
