@@ -230,6 +230,23 @@ TEST_F(Diff, ReportsVoxelsTypesAndGridsThatAreOther) {
   EXPECT_EQ(diff({"a.vdb", "alone.vdb"}, 6).at("only_a").at(0), "surface");
 }
 
+// What the least and the greatest value step over, and vectors have none of: info counts it.
+TEST_F(Diff, OfNumbersThatAreNoneInfoTellsHowMany) {
+  const auto surface = level_set({0, 0, 0}, 0.1);
+  const auto velocity = openvdb::Vec3SGrid::create();
+  velocity->setName("vel");
+  velocity->tree().setValue(openvdb::Coord(1, 2, 3), openvdb::Vec3f(3, 4, 0));
+  write_grids("good.vdb", {surface, velocity});
+  surface->tree().setValue(openvdb::Coord(4, 3, 0), std::numeric_limits<float>::quiet_NaN());
+  surface->tree().setValue(openvdb::Coord(3, 4, 0), std::numeric_limits<float>::infinity());
+  velocity->tree().setValue(openvdb::Coord(3, 2, 1), openvdb::Vec3f(0, std::numeric_limits<float>::quiet_NaN(), 0));
+  write_grids("bad.vdb", {surface, velocity});
+  const auto grids = [&](const std::string& name) { return Json::parse(run({"info", name, "--json"}).out).at("grids"); };
+  for (const Json& grid : grids("good.vdb")) EXPECT_FALSE(grid.contains("not_finite")) << grid;
+  EXPECT_EQ(grids("bad.vdb").at(0).at("not_finite"), 2);
+  EXPECT_EQ(grids("bad.vdb").at(1).at("not_finite"), 1);
+}
+
 // Tiles are compared whole: a mist over 64 thousand million voxels costs what its few nodes cost.
 TEST_F(Diff, ComparesLargeTilesWithoutTheirVoxels) {
   const int edge = 4096;
