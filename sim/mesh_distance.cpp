@@ -1,6 +1,7 @@
 #include "sim/mesh_distance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -85,47 +86,50 @@ class Nearest {
   Eigen::KdBVH<double, 3, std::uint32_t> tree_;
 };
 
-/// The part of the surface [1] within a box that has less than `depth` [m] of the solid under it, by the middles of its triangles. A wall that comes
-/// after a gap does not count for the depth of the one before.
-double part_thinner_than(double depth, double finest, const ClosedMesh& mesh, const base::Box& within) {
-  struct Areas {
-    double thin = 0, all = 0;
-  };
+constexpr int kDepths = 7;   // a cell over eight, and so on in powers of two to eight cells
+
+/// The parts of the surface [1] within a box that have less than each depth of the solid under them, from `finest` [m] on and each twice the one before,
+/// by the middles of its triangles. A wall that comes after a gap does not count for the depth of the one before.
+std::array<double, kDepths> parts_thinner(double finest, const ClosedMesh& mesh, const base::Box& within) {
+  using Areas = std::array<double, kDepths + 1>;   // by the first depth that is outside; the last: none is
   const Areas areas = base::ordered_reduce(mesh.triangles(), 1024, Areas{}, [&](std::size_t begin, std::size_t end) {
-    Areas part;
+    Areas part{};
     for (std::size_t t = begin; t < end; ++t) {
       const auto [a, b, c] = mesh.triangle(t);
       const base::Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c), twice = (b - a).cross(c - a);
       const double area = twice.norm();
       if (area == 0 || (low.array() > within.upper.array()).any() || (high.array() < within.lower.array()).any()) continue;
-      part.all += area;
-      for (double d = depth; d >= finest; d /= 2)
-        if (!mesh.inside((a + b + c) / 3 - d / area * twice)) {
-          part.thin += area;
-          break;
-        }
+      int depth = 0;
+      while (depth < kDepths && mesh.inside((a + b + c) / 3 - std::ldexp(finest, depth) / area * twice)) ++depth;
+      part[std::size_t(depth)] += area;
     }
     return part;
-  }, [](const Areas& a, const Areas& b) { return Areas{a.thin + b.thin, a.all + b.all}; });
-  return areas.all > 0 ? areas.thin / areas.all : 0;
+  }, [](Areas all, const Areas& part) {
+    for (std::size_t n = 0; n < all.size(); ++n) all[n] += part[n];
+    return all;
+  });
+  const double all = std::accumulate(areas.begin(), areas.end(), 0.0);
+  std::array<double, kDepths> thinner{};
+  for (std::size_t n = 0; all > 0 && n < thinner.size(); ++n) thinner[n] = (n > 0 ? thinner[n - 1] : 0) + areas[n] / all;
+  return thinner;
 }
 
 }  // namespace
 
 MeshDistance::MeshDistance(std::shared_ptr<const ClosedMesh> mesh, double cell, const base::Vec3& origin, const base::Box& within)
     : mesh_(std::move(mesh)) {
-  constexpr double kFewThin = 0.05, kMostBricks = 3e7;
-  constexpr int kThickest = 8, kLeastSpacing = 8;   // cells, and parts of one
-  thickness_ = kThickest * cell;
-  const auto thinner_than = [&](double depth) { return part_thinner_than(depth, cell / kLeastSpacing, *mesh_, within); };
-  double thin;
-  while ((thin = thinner_than(thickness_)) > kFewThin && thickness_ > cell / kLeastSpacing) thickness_ /= 2;
-  if (thin > kFewThin) {
-    objection_ = fmt::format("is thinner than an eighth of sim.cell on {:.0f} % of its surface: liquid would pass", 100 * thin);
+  constexpr double kFewThin = 0.05, kMostBricks = 3e7, kFinest = 1.0 / 8;   // the last in cells
+  const std::array<double, kDepths> thinner = parts_thinner(kFinest * cell, *mesh_, within);
+  if (thinner.front() > kFewThin) {
+    objection_ = fmt::format("is thinner than an eighth of sim.cell on {:.0f} % of its surface: liquid would pass", 100 * thinner.front());
     return;
   }
-  spacing_ = std::min(thickness_, cell / 2);
-  part_too_thin_ = thinner_than(spacing_);
+  const auto thick = std::find_if(thinner.rbegin(), thinner.rend(), [](double part) { return part <= kFewThin; }).base() - thinner.begin() - 1;
+  constexpr std::ptrdiff_t kHalfACell = 2;   // of the depths
+  const auto apart = std::min(thick, kHalfACell);
+  thickness_ = std::ldexp(kFinest * cell, int(thick));
+  spacing_ = std::ldexp(kFinest * cell, int(apart));
+  part_too_thin_ = thinner[std::size_t(apart)];
   const double margin = kBand * spacing_, edge = kEdge * spacing_;
   const base::Box& bounds = mesh_->bounds();
   double count = 1;

@@ -352,6 +352,12 @@ void measure_meshes(Scene& scene) {
   }
 }
 
+std::optional<std::size_t> find_refused_mesh(const Scene& scene) {
+  for (std::size_t c = 0; c < scene.colliders.size(); ++c)
+    if (const auto& mesh = scene.colliders[c].shape.mesh; mesh && !mesh->distances->objection().empty()) return c;
+  return {};
+}
+
 std::optional<UnmetCollider> find_unmet_collider(const Scene& scene) {
   for (std::size_t c = 0; c < scene.colliders.size() && scene.options.is_solid(); ++c) {
     const Collider& collider = scene.colliders[c];

@@ -187,6 +187,8 @@ double liquid_density(const Scene&);
 /// Gives colliders that are meshes distances for the cells and the domain that there are; they are not computed before a simulation asks. Meshes must
 /// have been read.
 void measure_meshes(Scene&);
+/// The place of the first collider whose mesh has no distances for its cells (MeshDistance::objection).
+std::optional<std::size_t> find_refused_mesh(const Scene&);
 
 /// A collider that solids are to rub on, or stick to, and whose contact no node of the grid would find.
 struct UnmetCollider {

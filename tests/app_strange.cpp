@@ -296,6 +296,29 @@ TEST_F(Strange, AShotWithAFileBesideItGoesOn) {
   EXPECT_EQ(time_of("out/s/surface/surface.0002.vdb"), surface);
 }
 
+// A wall of 5 mm, a twentieth of a cell, that is little of a mesh's surface: it is told.
+TEST_F(Strange, AMeshWithAThinPartIsTold) {
+  const auto box = [](int first, const std::string& low, const std::string& high, const std::string& bottom, const std::string& top) {
+    std::string text;
+    for (int k = 0; k < 8; ++k)
+      text += "v " + std::string(k & 1 ? high : low) + " " + (k & 2 ? "0.9" : "0.1") + " " + (k & 4 ? top : bottom) + "\n";
+    for (const auto& [a, b, c, d] : std::vector<std::array<int, 4>>{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+      text += "f";
+      for (const int corner : {a, b, c, d}) text += " " + std::to_string(first + corner);
+      text += "\n";
+    }
+    return text;
+  };
+  const std::string shot = std::string(kSmallShot) + "\n[[collider]]\nname = \"dam\"\nshape = { mesh = { file = \"m.obj\" } }\n";
+  write("m.toml", shot);
+  const std::string floor = box(1, "0.1", "0.9", "-0.5", "0.05");
+  write("m.obj", floor + box(9, "0.5", "0.505", "0.02", "0.1"));
+  const std::vector<std::string> words = {"simulate", "m.toml", "--frames", "1", "--restart"};
+  EXPECT_NE(run_well(words).out.find("\nthin   collider dam: "), std::string::npos);
+  write("m.obj", floor);
+  EXPECT_EQ(run_well(words).out.find("thin "), std::string::npos);
+}
+
 // A byte of JSON can take a hundred when it is parsed: 120 MB of brackets would take all memory.
 TEST_F(Strange, DocumentsAreReadWithBoundedMemory) {
   const std::string brackets(std::size_t{1} << 26, '[');

@@ -84,6 +84,25 @@ std::vector<Totals> run(const Scene& scene, int frames, std::vector<base::Vec3f>
   return all;
 }
 
+/// A block that slides along x over a table, which is a box.
+Scene cube_on_a_table(double friction) {
+  Scene scene = solid_test::walled_scene(3, 1, 1.0 / 24);
+  Body cube;
+  cube.name = "cube";
+  cube.is_solid = true;
+  cube.solid = {.model = Elasticity::neo_hookean, .density = 1000, .young = 2e5, .poisson = 0.3};
+  cube.shape.box = base::Box{Vec3(0.2, 0.4, 0.3), Vec3(0.4, 0.6, 0.5)};
+  cube.velocity = Vec3(1, 0, 0);
+  scene.bodies = {cube};
+  scene.effects = {gravity()};
+  Collider table;
+  table.meets_solids = true;
+  table.friction = friction;
+  table.shape.box = base::Box{Vec3(0.05, 0.05, 0.1), Vec3(0.95, 0.95, 0.3)};
+  scene.colliders = {table};
+  return scene;
+}
+
 }  // namespace
 
 TEST(MeshDistance, IsABallsNearItAndOfItsSignFarFromIt) {
@@ -286,20 +305,11 @@ TEST(ColliderMesh, MovesThroughWaterAsTheBallItIsOf) {
 // Where pieces of a mesh overlap or touch there is no surface: what slides over them without friction goes on.
 TEST(ColliderMesh, HasNoFacesWherePiecesMeet) {
   const auto slid = [](const Surface& surface) {
-    Scene scene = solid_test::walled_scene(3, 1, 1.0 / 24);
-    Body cube;
-    cube.name = "cube";
-    cube.is_solid = true;
-    cube.solid = {.model = Elasticity::neo_hookean, .density = 1000, .young = 2e5, .poisson = 0.3};
-    cube.shape.box = base::Box{Vec3(0.2, 0.4, 0.3), Vec3(0.4, 0.6, 0.5)};
-    cube.velocity = Vec3(1, 0, 0);
-    scene.bodies = {cube};
-    scene.effects = {gravity()};
-    Collider table;
-    table.meets_solids = true;
-    table.shape.mesh = collider_of(surface, 1, Vec3::Zero(), scene.options.cell);
-    scene.colliders = {table};
-    return run(scene, 8).back().linear_momentum.x() / run(scene, 0).back().linear_momentum.x();
+    Scene scene = cube_on_a_table(0);
+    scene.colliders[0].shape = {};
+    scene.colliders[0].shape.mesh = collider_of(surface, 1, Vec3::Zero(), scene.options.cell);
+    const std::vector<Totals> all = run(scene, 8);
+    return all.back().linear_momentum.x() / all.front().linear_momentum.x();
   };
   Surface tiles = box({0.05f, 0.05f, 0.1f}, {0.5f, 0.95f, 0.3f}), lap = tiles, buried = box({0.05f, 0.05f, 0.1f}, {0.95f, 0.95f, 0.3f});
   tiles.add(box({0.5f, 0.05f, 0.1f}, {0.95f, 0.95f, 0.3f}));
@@ -313,22 +323,13 @@ TEST(ColliderMesh, HasNoFacesWherePiecesMeet) {
 // A block that slides over a table, of a box or of a mesh.
 TEST(ColliderMesh, RubsASolidAsTheBoxItIsOf) {
   const auto slid = [&](bool as_mesh) {
-    Scene scene = solid_test::walled_scene(3, 1, 1.0 / 24);
-    Body cube;
-    cube.name = "cube";
-    cube.is_solid = true;
-    cube.solid = {.model = Elasticity::neo_hookean, .density = 1000, .young = 2e5, .poisson = 0.3};
-    cube.shape.box = base::Box{Vec3(0.2, 0.4, 0.3), Vec3(0.4, 0.6, 0.5)};
-    cube.velocity = Vec3(1, 0, 0);
-    scene.bodies = {cube};
-    scene.effects = {gravity()};
-    Collider table;
-    table.meets_solids = true;
-    table.friction = 0.3;
-    const base::Box plate{Vec3(0.05, 0.05, 0.1), Vec3(0.95, 0.95, 0.3)};
-    if (as_mesh) table.shape.mesh = collider_of(box(plate.lower.cast<float>(), plate.upper.cast<float>()), 1, Vec3::Zero(), scene.options.cell);
-    else table.shape.box = plate;
-    scene.colliders = {table};
+    Scene scene = cube_on_a_table(0.3);
+    Shape& shape = scene.colliders[0].shape;
+    if (as_mesh) {
+      const Surface plate = box(shape.box->lower.cast<float>(), shape.box->upper.cast<float>());
+      shape.box.reset();
+      shape.mesh = collider_of(plate, 1, Vec3::Zero(), scene.options.cell);
+    }
     return run(scene, 8).back();
   };
   const Totals box = slid(false), mesh = slid(true);

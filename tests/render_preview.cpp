@@ -8,6 +8,7 @@
 #include "render/raster/canvas.h"
 #include "render/raster/colors.h"
 #include "render/view/view.h"
+#include "tests/closed_meshes.h"
 #include "tests/render_scenes.h"
 
 namespace {
@@ -207,6 +208,21 @@ TEST(Preview, SeesSmallAndLargeDomainsAlike) {
   }
   EXPECT_GT(seen[0], 5000u);
   for (const std::size_t other : {seen[1], seen[2]}) EXPECT_NEAR(static_cast<double>(other), static_cast<double>(seen[0]), 0.02 * static_cast<double>(seen[0]));
+}
+
+// Contours of a mesh, eight along its longest axis: they stay where its bounds are and fill them less than a surface would.
+TEST(Preview, OutlinesAColliderThatIsAMesh) {
+  render::Setting setting = coloured(3, "speed");
+  setting.camera = {.position = Vec3(0.5, -3, 0.5), .target = Vec3(0.5, 0.5, 0.5), .fov = 35};
+  const render::Image empty = render::preview(setting, {}, "", 2);
+  setting.colliders.resize(1);
+  setting.colliders[0].shape.mesh = mesh_test::shape_of(mesh_test::ball(24), 0.3, Vec3(0.5, 0.5, 0.5));
+  const std::size_t mesh = changed(empty, render::preview(setting, {}, "", 2));
+  setting.colliders[0].shape.mesh.reset();
+  setting.colliders[0].shape.sphere = sim::Shape::Sphere{Vec3(0.5, 0.5, 0.5), 0.3};
+  const std::size_t ball = changed(empty, render::preview(setting, {}, "", 2));
+  EXPECT_GT(mesh, 2 * ball);   // three circles are the ball's
+  EXPECT_LT(mesh, 20 * ball);
 }
 
 // Letters of a caption that would be cut off are not begun: what is left of it is whole.

@@ -365,6 +365,7 @@ TEST_F(BadShot, CannotExhaustTheStackOrTheLine) {
   EXPECT_EQ(line("x = " + tables + "\n"), "x.toml:1: tables in tables, more than 200 deep");
   const std::string dots(250, '.');
   EXPECT_TRUE(line(kLeast + "material = \"" + dots + "\"\n").starts_with("x.toml:4:12: body.column.material = \"..."));
+  EXPECT_EQ(line(kLeast + "[sim]\nkernel = \"linear\"#" + dots + "\n"), "no error");
   EXPECT_TRUE(line("# " + dots + "\n" + kLeast + "material = '''" + dots + "\n'''\nwhat = 1\n").find("parts") == std::string::npos);
   EXPECT_LT(line(kLeast, {deep + "=1"}).size(), 1200u);
   EXPECT_NE(line("a = " + std::string(100000, '[')), "no error");

@@ -68,11 +68,8 @@ Json grid_json(const surface::GridDifference& grid, const Tolerance& tolerance) 
   return out;
 }
 
-}  // namespace
-
-Json compare_image_files(const fs::path& path_a, const fs::path& path_b, const Tolerance& tolerance, const std::optional<fs::path>& picture) {
-  const render::Image a = render::read_image(path_a), b = render::read_image(path_b);
-  if (const std::string what = unlike(a, b); !what.empty()) base::throw_input(path_b.string(), what);
+/// Of two images that are alike.
+Json compare_images(const render::Image& a, const render::Image& b, const Tolerance& tolerance, const std::optional<fs::path>& picture) {
   const render::ImageDifference difference = render::compare(a, b, tolerance.fail);
   Json out = {{"same", difference.percent_over() <= tolerance.percent}, {"kind", "image"}};
   put_sums(difference.values, out);
@@ -88,10 +85,18 @@ Json compare_image_files(const fs::path& path_a, const fs::path& path_b, const T
   return out;
 }
 
-Json compare_frame_images(const fs::path& a, const fs::path& b, const Tolerance& tolerance) {
-  if (const std::string what = unlike(render::read_image(a), render::read_image(b)); !what.empty())
-    return {{"same", false}, {"kind", "image"}, {"unlike", what}};
-  return compare_image_files(a, b, tolerance);
+}  // namespace
+
+Json compare_image_files(const fs::path& path_a, const fs::path& path_b, const Tolerance& tolerance, const std::optional<fs::path>& picture) {
+  const render::Image a = render::read_image(path_a), b = render::read_image(path_b);
+  if (const std::string what = unlike(a, b); !what.empty()) base::throw_input(path_b.string(), what);
+  return compare_images(a, b, tolerance, picture);
+}
+
+Json compare_frame_images(const fs::path& path_a, const fs::path& path_b, const Tolerance& tolerance) {
+  const render::Image a = render::read_image(path_a), b = render::read_image(path_b);
+  if (const std::string what = unlike(a, b); !what.empty()) return {{"same", false}, {"kind", "image"}, {"unlike", what}};
+  return compare_images(a, b, tolerance, {});
 }
 
 Json compare_volume_files(const fs::path& a, const fs::path& b, const Tolerance& tolerance) {

@@ -130,10 +130,7 @@ double coarser_cell(const Shot& shot, double particles) {
   const auto is_refused = [&] {
     sim::Scene scene = with_cell(shot, cell);
     sim::measure_meshes(scene);
-    const bool is_too_thin = std::any_of(scene.colliders.begin(), scene.colliders.end(), [](const sim::Collider& c) {
-      return c.shape.mesh && !c.shape.mesh->distances->objection().empty();
-    });
-    return is_too_thin || sim::find_empty_body(scene).has_value() || sim::find_unmet_collider(scene).has_value();
+    return sim::find_refused_mesh(scene).has_value() || sim::find_empty_body(scene).has_value() || sim::find_unmet_collider(scene).has_value();
   };
   for (double more = 2 * particles; cell > finest && is_refused(); more *= 2) cell = cell_with(shot, more);
   return cell;

@@ -127,7 +127,7 @@ void name_all(std::vector<Entry>& entries) {
 Shot make_shot(Reading reading, const std::filesystem::path& file, const std::filesystem::path& folder) {
   Shot shot = std::move(reading.shot);
   shot.name = file.stem().string();
-  name_all(shot.scene.bodies), name_all(shot.scene.sources), name_all(shot.render.sets);
+  name_all(shot.scene.bodies), name_all(shot.scene.sources), name_all(shot.scene.colliders), name_all(shot.render.sets);
   shot.file = file;
   shot.folder = folder;
   shot.resolved = shot_text(reading.given);
@@ -349,10 +349,7 @@ Shot read_shot(const std::filesystem::path& file, const Overrides& overrides) {
   Shot shot = read_shot_alone(file, overrides);
   for (sim::Body& body : shot.scene.bodies)
     if (auto& mesh = body.shape.mesh) at_its_key(shot, "body." + body.name + ".shape.mesh.file", [&] { read_solid(*mesh, shot.folder); });
-  const auto key_of_collider = [&](std::size_t i, const std::string& key) {
-    const std::string& name = shot.scene.colliders[i].name;
-    return "collider." + (name.empty() ? std::to_string(i + 1) : name) + "." + key;
-  };
+  const auto key_of_collider = [&](std::size_t i, const std::string& key) { return "collider." + shot.scene.colliders[i].name + "." + key; };
   const auto of_meshes = [&](const auto& body) {
     for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i)
       if (sim::Shape& shape = shot.scene.colliders[i].shape; shape.mesh) at_its_key(shot, key_of_collider(i, "shape.mesh.file"), [&] { body(i, *shape.mesh); });
@@ -400,7 +397,7 @@ namespace {
 std::string with_name(const std::string& key, const Shot& shot) {
   const auto named = [&](const std::string& list, const auto& entries) {
     for (std::size_t i = 0; i < entries.size(); ++i)
-      if (const std::string own = list + std::to_string(i + 1) + "."; !entries[i].name.empty() && key.starts_with(own))
+      if (const std::string own = list + std::to_string(i + 1) + "."; key.starts_with(own))
         return list + entries[i].name + "." + key.substr(own.size());
     return key;
   };

@@ -75,9 +75,9 @@ std::size_t end_of_text(std::string_view text, std::size_t at) {
   const char mark = text[at];
   if (mark == '#') return std::min(text.find('\n', at), text.size());
   if (mark != '"' && mark != '\'') return at;
-  const std::string_view three(mark == '"' ? "\"\"\"" : "\'\'\'"), one = three.substr(0, 1);
+  const std::string_view three(mark == '"' ? "\"\"\"" : "\'\'\'");
   const bool is_long = text.substr(at).starts_with(three);
-  const std::string_view closing = is_long ? three : one;
+  const std::string_view closing = is_long ? three : three.substr(0, 1);
   for (at += closing.size(); at < text.size(); ++at) {
     if (text.substr(at).starts_with(closing)) return at + closing.size();
     if (text[at] == '\n' && !is_long) return at;
@@ -93,8 +93,8 @@ void refuse_deep_keys(std::string_view text, const std::string& file) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (const std::size_t end = end_of_text(text, i); end > i) {
       line += static_cast<int>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
-      if (end == text.size()) return;
-      i = end;
+      i = end - 1;   // what follows may begin another
+      continue;
     }
     const char c = text[i];
     if (c == '\n') ++line;

@@ -210,11 +210,10 @@ fs::path result_of(const Making& m) {
 
 void announce_thin_meshes(const sim::Scene& scene, base::Progress& progress) {
   constexpr double kTold = 1e-3;   // parts of the surface: edges have less
-  for (std::size_t c = 0; c < scene.colliders.size(); ++c) {
-    const sim::Collider& collider = scene.colliders[c];
+  for (const sim::Collider& collider : scene.colliders) {
     if (!collider.shape.mesh || collider.shape.mesh->distances->part_too_thin() < kTold) continue;
     progress.line(fmt::format("thin   collider {}: {:.1f} % of its surface has less than half a cell under it, and may let through what comes there",
-                              collider.name.empty() ? std::to_string(c + 1) : collider.name, 100 * collider.shape.mesh->distances->part_too_thin()));
+                              collider.name, 100 * collider.shape.mesh->distances->part_too_thin()));
   }
 }
 

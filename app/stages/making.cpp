@@ -33,8 +33,8 @@ std::string names_of(const std::vector<ChangedKey>& changed, std::size_t from = 
 std::string key_of_mesh(const Shot& shot) {
   for (const sim::Body& body : shot.scene.bodies)
     if (body.shape.mesh) return "body." + body.name + ".shape.mesh.file";
-  for (std::size_t i = 0; i < shot.scene.colliders.size(); ++i)
-    if (shot.scene.colliders[i].shape.mesh) return "collider." + (shot.scene.colliders[i].name.empty() ? std::to_string(i + 1) : shot.scene.colliders[i].name) + ".shape.mesh.file";
+  for (const sim::Collider& collider : shot.scene.colliders)
+    if (collider.shape.mesh) return "collider." + collider.name + ".shape.mesh.file";
   return {};
 }
 

@@ -39,16 +39,13 @@ std::string lost(const Shot& shot, double cell) {
   sim::Scene scene = shot.scene;
   scene.options.cell = cell;
   sim::measure_meshes(scene);
-  const auto called = [](const std::string& name, std::size_t place) { return name.empty() ? std::to_string(place + 1) : name; };
   if (const auto empty = sim::find_empty_body(scene)) return empty->name + " has no particle";
   const std::vector<double> before = sim::flows(shot.scene), after = sim::flows(scene);
   for (std::size_t s = 0; s < before.size(); ++s)   // a source is made of whole cells
     if (std::abs(after[s] - before[s]) > 0.01 * before[s])
-      return fmt::format("source {} pours {:.3g} m^3/s in place of {:.3g}", called(scene.sources[s].name, s), after[s], before[s]);
-  for (std::size_t c = 0; c < scene.colliders.size(); ++c)
-    if (const auto& mesh = scene.colliders[c].shape.mesh; mesh && !mesh->distances->objection().empty())
-      return fmt::format("collider {} is too thin", called(scene.colliders[c].name, c));
-  if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", called(scene.colliders[unmet->number].name, unmet->number));
+      return fmt::format("source {} pours {:.3g} m^3/s in place of {:.3g}", scene.sources[s].name, after[s], before[s]);
+  if (const auto refused = sim::find_refused_mesh(scene)) return fmt::format("collider {} is too thin", scene.colliders[*refused].name);
+  if (const auto unmet = sim::find_unmet_collider(scene)) return fmt::format("collider {} is too thin", scene.colliders[unmet->number].name);
   return {};
 }
 

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <fstream>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <string>
 
@@ -29,14 +28,9 @@ std::string kind_of(const std::filesystem::path& path) {
   return kind;
 }
 
-/// What a PLY file's header counts.
-struct PlyCounts {
-  std::uint64_t vertices = 0, faces = 0;
-};
-
-/// The library believes a PLY file's header and makes room for what it counts; an element takes a byte at least.
-PlyCounts read_ply_header(const std::filesystem::path& path, std::uintmax_t size) {
-  PlyCounts counts;
+/// The number of faces by a PLY file's header. The library believes it and makes room for what it counts; an element takes a byte at least.
+std::uint64_t faces_by_header(const std::filesystem::path& path, std::uintmax_t size) {
+  std::uint64_t faces = 0;
   std::ifstream in(path, std::ios::binary);
   std::string line;
   for (int number = 1; number <= 1000 && std::getline(in, line); ++number) {
@@ -44,14 +38,13 @@ PlyCounts read_ply_header(const std::filesystem::path& path, std::uintmax_t size
     std::string word, name;
     words >> word;
     if (number == 1 && word != "ply") break;
-    if (word == "end_header") return counts;
+    if (word == "end_header") return faces;
     if (word != "element") continue;
     std::uint64_t count = 0;
     if (!(words >> name >> count) || count > size)
       base::throw_input(path.string(), "line " + std::to_string(number) + ": \"" + line.substr(0, 80) + "\": more than a file of " +
                                            std::to_string(size) + " bytes holds");
-    if (name == "vertex") counts.vertices = count;
-    if (name == "face") counts.faces = count;
+    if (name == "face") faces = count;
   }
   base::throw_input(path.string(), "has no PLY header");
 }
@@ -87,27 +80,25 @@ void check_text(const std::filesystem::path& path, const std::string& kind) {
   }
 }
 
-/// As read: the library's own passes over it take every corner of a face for one that is there.
-void check_faces(const std::filesystem::path& path, const aiScene& scene, const PlyCounts* counts) {
-  PlyCounts found;
+/// As read, and no fewer than `least`: the library's own passes over it take every corner of a face for one that is there.
+void check_faces(const std::filesystem::path& path, const aiScene& scene, std::uint64_t least) {
+  std::uint64_t found = 0;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const aiMesh& mesh = *scene.mMeshes[m];
-    found.vertices += mesh.mNumVertices;
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i, ++found.faces) {
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i, ++found) {
       const aiFace& face = mesh.mFaces[i];
       const bool is_there = face.mNumIndices > 0 && std::all_of(face.mIndices, face.mIndices + face.mNumIndices, [&](unsigned k) { return k < mesh.mNumVertices; });
       if (!is_there) base::throw_input(path.string(), "face " + std::to_string(i + 1) + " has a corner that is not there, or none");
     }
   }
-  if (counts && found.faces < counts->faces)
-    base::throw_input(path.string(), "ends early: " + std::to_string(found.faces) + " of " + std::to_string(counts->faces) + " faces");
+  if (found < least) base::throw_input(path.string(), "ends early: " + std::to_string(found) + " of " + std::to_string(least) + " faces");
 }
 
-const aiScene& import(Assimp::Importer& importer, const std::filesystem::path& path, const PlyCounts* counts) {
+const aiScene& import(Assimp::Importer& importer, const std::filesystem::path& path, std::uint64_t faces) {
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_LINE | aiPrimitiveType_POINT);
   try {
     const aiScene* scene = importer.ReadFile(path.string(), 0);
-    if (scene) check_faces(path, *scene, counts);
+    if (scene) check_faces(path, *scene, faces);
     if (scene)
       scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices);
     if (scene) return *scene;
@@ -127,12 +118,11 @@ Triangles read_mesh(const std::filesystem::path& path) {
   if (error) base::throw_input(path.string(), error.message());
   if (size > kLargestFile)
     base::throw_input(path.string(), "too large: " + std::to_string(size) + " bytes; at most " + std::to_string(kLargestFile) + " are read");
-  std::optional<PlyCounts> counts;
-  if (kind == ".ply") counts = read_ply_header(path, size);
+  const std::uint64_t faces = kind == ".ply" ? faces_by_header(path, size) : 0;
   check_text(path, kind);
 
   Assimp::Importer importer;
-  const aiScene& scene = import(importer, path, counts ? &*counts : nullptr);
+  const aiScene& scene = import(importer, path, faces);
   Triangles result;
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
     const aiMesh& mesh = *scene.mMeshes[m];

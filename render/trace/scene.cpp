@@ -196,7 +196,7 @@ const RoughBoundary& Scene::rough_boundary(float alpha, float eta, bool& back) c
 
 namespace {
 
-/// All but the meshes of set pieces, which are files still.
+/// All but their meshes.
 Scene make_surfaces(const Setting& setting) {
   Scene scene;
   scene.surfaces.push_back({.material = material_of(setting, setting.liquid_look, "body.look")});
@@ -207,8 +207,6 @@ Scene make_surfaces(const Setting& setting) {
     surface.velocity = c.velocity.cast<float>();
   }
   for (const ColliderImage& image : setting.images) scene.surfaces[1 + image.collider].shapes.push_back(image.shape);
-  for (Surface& surface : scene.surfaces)
-    if (!surface.shapes.empty() && surface.shapes.front().mesh) surface.mesh = mesh_of(surface.shapes);
   for (const SetPiece& piece : setting.sets)
     scene.surfaces.push_back({.material = material_of(setting, piece.look, "set." + piece.name + ".look")});
   for (std::size_t body = 0; body <= setting.body_looks.size(); ++body) scene.surfaces.push_back(body_of(setting, body));
@@ -220,6 +218,8 @@ Scene make_surfaces(const Setting& setting) {
 
 Scene make_scene(const Setting& setting) {
   Scene scene = make_surfaces(setting);
+  for (Surface& surface : scene.surfaces)
+    if (!surface.shapes.empty() && surface.shapes.front().mesh) surface.mesh = mesh_of(surface.shapes);
   for (std::size_t i = 0; i < setting.sets.size(); ++i) scene.surfaces[1 + setting.colliders.size() + i].mesh = placed(setting.sets[i]);
   tabulate_rough_boundaries(scene);
   scene.lights = make_lights(setting.lights.empty() ? default_lights(setting.domain) : setting.lights, setting.folder);
