@@ -1,5 +1,5 @@
 // A whole step of the liquid: a basin that sloshes under a free surface, of 1.85 million particles; and smaller and larger ones, for how cost
-// grows. Every fourth step corrects the volume, as the liquid does.
+// grows. Every fourth step corrects the volume, as the liquid does. And a splash, most of whose cells are near a surface.
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 #include <tbb/global_control.h>
@@ -8,6 +8,7 @@
 
 #include "sim/fluid/seeding.h"
 #include "sim/fluid/step.h"
+#include "sim/simulation.h"
 
 namespace bench {
 namespace {
@@ -92,6 +93,44 @@ void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel k
   for (const auto& [name, cost] : ledger.passes()) state.counters[name] = cost.seconds * scale;   // [ns a particle]
 }
 
+/// A column of water, 252,000 particles, that has broken on a block: an iteration is a frame.
+void run_splash(benchmark::State& state) {
+  constexpr int kFirstFrame = 20;
+  constexpr double kFps = 24, kSplashCell = 0.02;   // [1/s], [m]
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 2);
+  Scene scene;
+  scene.options.domain = {base::Vec3::Zero(), base::Vec3(2, 1, 1.6)};
+  scene.options.cell = kSplashCell;
+  scene.options.transfer = Transfer::polypic;
+  Body column;
+  column.name = "column";
+  column.shape.box = base::Box{base::Vec3::Zero(), base::Vec3(0.6, 1, 0.42)};
+  scene.bodies = {column};
+  Collider block;
+  block.name = "block";
+  block.shape.box = base::Box{base::Vec3(1, 0.32, 0), base::Vec3(1.18, 0.68, 0.16)};
+  scene.colliders = {block};
+  scene.effects = {Effect{.kind = "gravity", .acceleration = base::Vec3(0, 0, -9.81)}};
+  const auto simulation = make_simulation(scene, kFps);
+  base::Ledger ledger;
+  const auto advance = [&] { simulation->advance(ledger, [] { return false; }); };
+  for (int frame = 1; frame < kFirstFrame; ++frame) advance();
+  ledger = {};
+  double total = 0, steps = 0, particles = 0, iterations = 0;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    advance();
+    total += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const Totals totals = simulation->totals();
+    steps += double(totals.substeps), particles = double(totals.particles), iterations += double(totals.pressure_iterations);
+  }
+  const double scale = 1e9 / steps / particles;
+  state.counters["ns_per_particle"] = total * scale;
+  state.counters["particles"] = particles;
+  state.counters["pressure_iterations"] = iterations / steps;
+  for (const auto& [name, cost] : ledger.passes()) state.counters[name] = cost.seconds * scale;   // [ns a particle]
+}
+
 const int kRegistered = [] {
   const auto add = [](const char* name, const Basin& size, Transfer transfer, Kernel kernel, double cfl,
                       Carry carry = Carry::fixed) {
@@ -105,6 +144,7 @@ const int kRegistered = [] {
   add("liquid_step/1850000/linear/polypic8", {}, Transfer::polypic, Kernel::linear, 1);
   add("liquid_step/200000/linear/polypic8", {36, 19}, Transfer::polypic, Kernel::linear, 1);
   add("liquid_step/8000000/linear/polypic8", {124, 65}, Transfer::polypic, Kernel::linear, 1);
+  benchmark::RegisterBenchmark("liquid_step/splash", run_splash)->Unit(benchmark::kMillisecond)->Iterations(6);
   return 0;
 }();
 

@@ -3,88 +3,52 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
+#include <utility>
 
 #include "base/parallel.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 namespace {
 
-/// Layers from the valid faces; faces not reached yet; and what is no face.
-constexpr std::uint8_t kUnknown = std::numeric_limits<std::uint8_t>::max(), kOutside = kUnknown - 1;
-constexpr std::size_t kChunk = 32768;
+constexpr std::size_t kBlocksAtOnce = 64;
 
-using Faces = std::vector<std::uint32_t>;
-
-/// Calls body(index) for the neighbours of a face that are active.
-template <int D, class Neighbour, class Body>
-void for_neighbours(std::size_t face, const Neighbour& neighbour, const Body& body) {
+/// Of a block's faces, those that come next after the known ones, and their values.
+template <int D, class Real, class Neighbour>
+PlaceBits fill_layer(std::size_t slot, const PlaceSet<D>& known, const ActiveBlocks<D>& blocks, const Neighbour& neighbour, std::vector<Real>& field) {
+  const PlaceBits missing = PlaceSet<D>::places(blocks, slot) & ~known[slot];
+  if (missing == 0) return 0;
+  std::array<PlaceBits, std::size_t(2 * D)> beside;
+  PlaceBits any = 0;
   for (int a = 0; a < D; ++a)
-    for (const int side : {0, 1})
-      if (const std::ptrdiff_t j = neighbour(face, a, side); j >= 0) body(std::size_t(j));
-}
-
-/// Unknown faces next to a valid one, ascending.
-template <int D, class Neighbour>
-Faces first_layer(const std::vector<std::uint8_t>& depth, const Neighbour& neighbour) {
-  return base::ordered_reduce(depth.size(), kChunk, Faces{}, [&](std::size_t begin, std::size_t end) {
-    Faces found;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (depth[i] != kUnknown) continue;
-      bool touches_valid = false;
-      for_neighbours<D>(i, neighbour, [&](std::size_t j) { touches_valid = touches_valid || depth[j] == 0; });
-      if (touches_valid) found.push_back(std::uint32_t(i));
-    }
-    return found;
-  }, [](Faces all, const Faces& part) {
-    all.insert(all.end(), part.begin(), part.end());
-    return all;
+    for (const int side : {0, 1}) any |= beside[std::size_t(2 * a + side)] = known.beside(blocks, slot, a, side);
+  for_places(missing & any, [&](std::size_t k) {
+    const std::size_t face = slot * std::size_t(PlaceSet<D>::kCells) + k;
+    Real sum = 0;
+    int count = 0;
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1})
+        if (beside[std::size_t(2 * a + side)] >> k & 1) sum += field[std::size_t(neighbour(face, a, side))], ++count;
+    field[face] = sum / Real(count);
   });
-}
-
-/// Unknown faces next to those of the layer before; marks them as the next one.
-template <int D, class Neighbour>
-Faces next_layer(const Faces& before, const Neighbour& neighbour, int layer, std::vector<std::uint8_t>& depth) {
-  Faces found;
-  for (const std::size_t i : before)
-    for_neighbours<D>(i, neighbour, [&](std::size_t j) {
-      if (depth[j] != kUnknown) return;
-      depth[j] = std::uint8_t(layer);
-      found.push_back(std::uint32_t(j));
-    });
-  return found;
+  return missing & any;
 }
 
 template <int D, class Real, class Neighbour>
 void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers,
                            const Neighbour& neighbour) {
-  std::vector<std::uint8_t> depth(blocks.size());
-  base::parallel_chunks(depth.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) depth[i] = valid[i] ? 0 : kUnknown;
-    if (blocks.all_places()) return;
-    for (std::size_t i = begin; i < end; ++i)
-      if (!blocks.is_place(i)) depth[i] = kOutside;
-  });
-  Faces faces = first_layer<D>(depth, neighbour);
-  for (const std::uint32_t i : faces) depth[i] = 1;
-  for (int layer = 1; layer <= layers && !faces.empty(); ++layer) {
+  PlaceSet<D> known(blocks, [&](std::size_t i) { return valid[i] != 0; }), next(blocks);
+  for (int layer = 1; layer <= layers; ++layer) {
     // Reads only faces of earlier layers, writes only faces of this one.
-    base::parallel_chunks(faces.size(), 4096, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t f = begin; f < end; ++f) {
-        Real sum = 0;
-        int known = 0;
-        for_neighbours<D>(faces[f], neighbour, [&](std::size_t j) {
-          if (depth[j] < layer) sum += field[j], ++known;
-        });
-        field[faces[f]] = sum / Real(known);
-      }
+    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot) next[slot] = known[slot] | fill_layer(slot, known, blocks, neighbour, field);
     });
-    if (layer < layers) faces = next_layer<D>(faces, neighbour, layer + 1, depth);
+    std::swap(known, next);
   }
-  base::parallel_chunks(depth.size(), 65536, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (depth[i] >= kOutside) field[i] = 0;
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot)
+      for_places(PlaceSet<D>::kAll & ~known[slot], [&](std::size_t k) { field[slot * std::size_t(PlaceSet<D>::kCells) + k] = 0; });
   });
 }
 
@@ -132,7 +96,7 @@ void carry_on_outflow(FaceField<D, Real>& field, const FaceMask<D>& valid, const
   const auto is_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air; };
   const auto is_beside_liquid = [&](std::size_t i) { return cells.distance[i] < 1; };   // of air
   // A face that is written lies between a cell beside liquid and one that is not: only the first writes it, and no other cell beside liquid reads it.
-  base::parallel_chunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(blocks.size(), kBlocksAtOnce * std::size_t(PlaceSet<D>::kCells), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!is_air(i) || !is_beside_liquid(i)) continue;
       std::array<OuterFace<Real>, std::size_t(2 * D)> outer;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 namespace {
@@ -55,21 +56,46 @@ double mean_filling(const Places& places, const std::vector<float>& filling, con
   return sum / weights;
 }
 
+/// `kind` as sets.
+template <int D>
+class KindSets {
+ public:
+  PlaceSet<D> liquid, air, solid;
+
+  KindSets(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks)
+      : liquid(blocks, [&](std::size_t i) { return kind[i] == CellKind::liquid; }), air(blocks, [&](std::size_t i) { return kind[i] == CellKind::air; }),
+        solid(blocks, [&](std::size_t i) { return kind[i] == CellKind::solid; }), blocks_(blocks) {}
+
+  /// Of a block, liquid cells beside air and air cells beside liquid.
+  PlaceBits meeting(std::size_t slot) const { return (liquid[slot] & air.beside(blocks_, slot)) | (air[slot] & liquid.beside(blocks_, slot)); }
+  bool meets(std::size_t i) const {
+    constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+    return meeting(i / per_block) >> (i % per_block) & 1;
+  }
+  /// Of a block, liquid cells between a solid and air.
+  PlaceBits between(std::size_t slot) const {
+    PlaceBits found = 0;
+    for (int a = 0; a < D && liquid[slot] != 0; ++a)
+      for (const int side : {0, 1}) found |= air.beside(blocks_, slot, a, side) & solid.beside(blocks_, slot, a, 1 - side);
+    return found & liquid[slot];
+  }
+
+ private:
+  const ActiveBlocks<D>& blocks_;
+};
+
 /// Blocks with a cell within one of where liquid and air meet, or more.
 template <int D>
-std::vector<std::uint8_t> blocks_near_surface(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  constexpr std::uint8_t kWet = 1, kDry = 2;
-  std::vector<std::uint8_t> holds(blocks.count()), near(blocks.count());
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
-      holds[i / per_block] |= kind[i] == CellKind::liquid ? kWet : kind[i] == CellKind::air ? kDry : 0;
-  });
+std::vector<std::uint8_t> blocks_near_surface(const KindSets<D>& kinds, const ActiveBlocks<D>& blocks) {
+  std::vector<std::uint8_t> near(blocks.count());
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      unsigned around = 0;
-      for (const std::int32_t other : blocks.neighbours(b)) around |= other < 0 ? kDry : holds[std::size_t(other)];
-      near[b] = around == (kWet | kDry);
+      bool wet = false, dry = false;
+      for (const std::int32_t other : blocks.neighbours(b)) {
+        wet = wet || (other >= 0 && kinds.liquid[std::size_t(other)] != 0);
+        dry = dry || other < 0 || kinds.air[std::size_t(other)] != 0;
+      }
+      near[b] = wet && dry;
     }
   });
   return near;
@@ -106,64 +132,146 @@ struct FaceFilling {
   std::vector<float> on_walls;   // the most of its sides that are walls: 2 h - h^2 of a film h cells thick, where h is below 1
 };
 
+/// What the next place along an axis holds, for the places of a block; 0 where no block is active.
+template <int D, class Real>
+void load_next(const std::vector<Real>& field, const ActiveBlocks<D>& blocks, std::size_t slot, int axis, std::array<Real, std::size_t(Lattice<D>::kCellsPerBlock)>& next) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock), last = Lattice<D>::kBlock - 1;
+  const std::size_t shift = 2 * std::size_t(D - 1 - axis), step = std::size_t{1} << shift;
+  if (!blocks.all_places()) {
+    for (std::size_t k = 0; k < per_block; ++k) next[k] = value_at(field, blocks.neighbour(slot * per_block + k, axis, 1), Real(0));
+    return;
+  }
+  const std::int32_t other = blocks.neighbour_block(slot, axis, 1);
+  const Real* const own = &field[slot * per_block];
+  std::copy_n(own + step, per_block - step, next.begin());
+  for (std::size_t k = 0; k < per_block; ++k)
+    if ((k >> shift & last) == last) next[k] = other < 0 ? Real(0) : field[std::size_t(other) * per_block + k - (last << shift)];
+}
+
+/// Of the faces around the cells: which cells see no solid within two, and have nothing cut or closed.
+template <int D>
+class FreeCells {
+ public:
+  FreeCells(const LiquidCells<D>& cells, const PlaceSet<D>& solid, const ActiveBlocks<D>& blocks) : cells_(cells), solid_(solid), blocks_(blocks) {
+    for (int a = 0; a < D; ++a) {
+      open_[std::size_t(a)] = PlaceSet<D>(blocks);
+      for (auto& beside : beside_[std::size_t(a)]) beside = PlaceSet<D>(blocks);
+    }
+    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot)
+        for (int a = 0; a < D; ++a) {
+          PlaceBits open = cells.open.is_open(slot) ? PlaceSet<D>::kAll : 0;
+          for (std::size_t k = 0; k < kPerBlock && !cells.open.is_open(slot); ++k) open |= PlaceBits(cells.open(a, slot * kPerBlock + k) == 1) << k;
+          open_[std::size_t(a)][slot] = open & PlaceSet<D>::places(blocks, slot);
+          for (const int side : {0, 1}) beside_[std::size_t(a)][std::size_t(side)][slot] = solid.beside(blocks, slot, a, side) & PlaceSet<D>::places(blocks, slot);
+        }
+    });
+  }
+  PlaceBits operator()(std::size_t slot) const {
+    PlaceBits found = PlaceSet<D>::places(blocks_, slot) & ~solid_[slot];
+    for (std::size_t a = 0; a < std::size_t(D); ++a) {
+      found &= open_[a][slot] & open_[a].beside(blocks_, slot, int(a), 1);
+      for (const int side : {0, 1}) {
+        const PlaceSet<D>& next = beside_[a][std::size_t(side)];
+        found &= ~(next[slot] | next.beside(blocks_, slot, int(a), side));
+      }
+    }
+    return found;
+  }
+
+ private:
+  static constexpr std::size_t kPerBlock = std::size_t(Lattice<D>::kCellsPerBlock);
+  const LiquidCells<D>& cells_;
+  const PlaceSet<D>& solid_;
+  const ActiveBlocks<D>& blocks_;
+  std::array<PlaceSet<D>, std::size_t(D)> open_;                        // lower faces
+  std::array<std::array<PlaceSet<D>, 2>, std::size_t(D)> beside_;       // a solid is next along the axis, on that side
+};
+
 /// What particles leave beyond a solid side they would get back from their mirror images: it counts on this side.
 template <int D, class Real>
-FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const std::vector<std::uint8_t>& near,
-                         const ActiveBlocks<D>& blocks) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  FaceFilling filling{std::vector<float>(blocks.size()), std::vector<float>(blocks.size())};
-  const auto is_solid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::solid; };
-  const auto next = [&](std::ptrdiff_t cell, int axis, int side) { return cell < 0 ? cell : blocks.neighbour(std::size_t(cell), axis, side); };
-  const auto on = [&](int axis, std::ptrdiff_t face) { return face < 0 ? Real(0) : mass[std::size_t(axis)][std::size_t(face)]; };
-  // By a face of cells (before, after) along an axis; a solid beside either reflects: its far face has what this one lacks.
-  const auto carried = [&](int axis, std::ptrdiff_t before, std::ptrdiff_t after, bool reflects_before, bool reflects_after) {
+class SidedFilling {
+ public:
+  SidedFilling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceFilling& filling)
+      : mass_(mass), full_(float(full)), cells_(cells), blocks_(blocks), filling_(filling) {}
+
+  void set(std::size_t i) const {
+    const float part = open_part(i, cells_, blocks_);
+    float sum = 0;
+    int axes = 0;
+    for (int a = 0; a < D; ++a) {
+      std::array<std::ptrdiff_t, std::size_t(int_power(3, D - 1))> images;   // the cell, and those beyond solid sides along the other axes
+      std::size_t count = 0;
+      images[count++] = std::ptrdiff_t(i);
+      for (int b = 0; b < D; ++b) {
+        if (b == a) continue;
+        const std::size_t before = count;
+        for (const int side : {0, 1})
+          for (std::size_t k = 0; k < before && is_solid(blocks_.neighbour(i, b, side)); ++k) images[count++] = next(images[k], b, side);
+      }
+      float on_faces = 0;
+      int faces = 0;
+      for (const int side : {0, 1}) {
+        float on_face = 0;
+        const std::ptrdiff_t face = side ? blocks_.neighbour(i, a, 1) : std::ptrdiff_t(i);
+        const bool is_wall = face >= 0 && !(cells_.open(a, std::size_t(face)) > 0);   // of whose stencil half is solid
+        if (is_wall && (part < 1 || !is_solid(next(std::ptrdiff_t(i), a, side)))) continue;
+        const std::ptrdiff_t before = side ? std::ptrdiff_t(i) : next(std::ptrdiff_t(i), a, 0), after = face;
+        const bool reflects_before = is_solid(next(before, a, 0)), reflects_after = is_solid(next(after, a, 1));
+        for (std::size_t k = 0; k < count; ++k) {
+          const std::ptrdiff_t own = images[k], other = next(own, a, side);
+          if (is_wall) on_face += 2 * float(on(a, side ? other : own));
+          else on_face += side ? carried(a, own, other, reflects_before, reflects_after) : carried(a, other, own, reflects_before, reflects_after);
+        }
+        if (is_wall) filling_.on_walls[i] = std::max(filling_.on_walls[i], on_face / full_);
+        on_faces += on_face, ++faces;
+      }
+      if (faces > 0) sum += on_faces / float(faces), ++axes;
+    }
+    filling_.mean[i] = axes > 0 ? sum / (float(axes) * full_ * part) : 0;
+  }
+
+ private:
+  bool is_solid(std::ptrdiff_t j) const { return j >= 0 && cells_.kind[std::size_t(j)] == CellKind::solid; }
+  std::ptrdiff_t next(std::ptrdiff_t cell, int axis, int side) const { return cell < 0 ? cell : blocks_.neighbour(std::size_t(cell), axis, side); }
+  Real on(int axis, std::ptrdiff_t face) const { return face < 0 ? Real(0) : mass_[std::size_t(axis)][std::size_t(face)]; }
+  /// By a face of cells (before, after) along an axis; a solid beside either reflects: its far face has what this one lacks.
+  float carried(int axis, std::ptrdiff_t before, std::ptrdiff_t after, bool reflects_before, bool reflects_after) const {
     Real sum = on(axis, after);
     if (reflects_before) sum += on(axis, next(before, axis, 0));
     if (reflects_after) sum += on(axis, next(next(after, axis, 1), axis, 1));
     return float(sum);
-  };
+  }
+
+  const FaceField<D, Real>& mass_;
+  float full_;
+  const LiquidCells<D>& cells_;
+  const ActiveBlocks<D>& blocks_;
+  FaceFilling& filling_;
+};
+
+template <int D, class Real>
+FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const LiquidCells<D>& cells, const PlaceSet<D>& solid, const std::vector<std::uint8_t>& near,
+                         const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  FaceFilling filling{std::vector<float>(blocks.size()), std::vector<float>(blocks.size())};
+  const SidedFilling<D, Real> sided(mass, full, cells, blocks, filling);
+  const FreeCells<D> free_cells(cells, solid, blocks);
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    bool is_open = false;   // no solid in the block or around it
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (i % per_block == 0) {   // a block's open faces are the lower ones of its cells
-        const auto& around = blocks.neighbours(i / per_block);
-        is_open = std::all_of(around.begin(), around.end(), [&](std::int32_t b) { return b >= 0 && cells.open.is_open(std::size_t(b)); });
-      }
-      if (!near[i / per_block] || cells.kind[i] == CellKind::solid) continue;
-      const float part = is_open ? 1 : open_part(i, cells, blocks);
-      float sum = 0;
-      int axes = 0;
-      for (int a = 0; a < D; ++a) {
-        std::array<std::ptrdiff_t, std::size_t(int_power(3, D - 1))> images;   // the cell, and those beyond solid sides along the other axes
-        std::size_t count = 0;
-        images[count++] = std::ptrdiff_t(i);
-        for (int b = 0; b < D && !is_open; ++b) {
-          if (b == a) continue;
-          const std::size_t before = count;
-          for (const int side : {0, 1})
-            for (std::size_t k = 0; k < before && is_solid(blocks.neighbour(i, b, side)); ++k)
-              images[count++] = images[k] < 0 ? images[k] : blocks.neighbour(std::size_t(images[k]), b, side);
+    std::array<std::array<Real, per_block>, std::size_t(D)> next;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      if (!near[slot]) continue;
+      const std::size_t first = slot * per_block;
+      const PlaceBits free = free_cells(slot);
+      if (free != 0) {
+        for (int a = 0; a < D; ++a) load_next(mass[std::size_t(a)], blocks, slot, a, next[std::size_t(a)]);
+        for (std::size_t k = 0; k < per_block; ++k) {
+          float sum = 0;
+          for (std::size_t a = 0; a < std::size_t(D); ++a) sum += (float(mass[a][first + k]) + float(next[a][k])) / 2;
+          filling.mean[first + k] = free >> k & 1 ? sum / (float(D) * float(full)) : 0;
         }
-        float on_faces = 0;
-        int faces = 0;
-        for (const int side : {0, 1}) {
-          float on_face = 0;
-          const std::ptrdiff_t face = side ? blocks.neighbour(i, a, 1) : std::ptrdiff_t(i);
-          const bool is_wall = face >= 0 && !(cells.open(a, std::size_t(face)) > 0);   // of whose stencil half is solid
-          if (is_wall && (part < 1 || !is_solid(next(std::ptrdiff_t(i), a, side)))) continue;
-          const std::ptrdiff_t before = side ? std::ptrdiff_t(i) : next(std::ptrdiff_t(i), a, 0), after = face;
-          const bool reflects_before = is_solid(next(before, a, 0)), reflects_after = is_solid(next(after, a, 1));
-          for (std::size_t k = 0; k < count; ++k) {
-            const std::ptrdiff_t own = images[k], other = next(own, a, side);
-            if (is_wall) on_face += 2 * float(on(a, side ? other : own));
-            else on_face += side ? carried(a, own, other, reflects_before, reflects_after) : carried(a, other, own, reflects_before, reflects_after);
-          }
-          if (is_wall) filling.on_walls[i] = std::max(filling.on_walls[i], on_face / float(full));
-          on_faces += on_face, ++faces;
-        }
-        if (faces > 0) sum += on_faces / float(faces), ++axes;
       }
-      filling.mean[i] = axes > 0 ? sum / (float(axes) * float(full) * part) : 0;
+      for_places(PlaceSet<D>::places(blocks, slot) & ~(free | solid[slot]), [&](std::size_t k) { sided.set(first + k); });
     }
   });
   return filling;
@@ -173,17 +281,6 @@ FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const Liqu
 template <int D>
 float distance_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   return float(1 - 2 * mean_filling<D>(blocks.places_around(i), filling, kind));
-}
-
-/// Whether a cell of another kind, liquid or air, is beside a cell that is either.
-template <int D>
-bool meets_other(std::size_t i, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  for (int a = 0; a < D; ++a)
-    for (const int side : {0, 1}) {
-      const CellKind other = value_at(kind, blocks.neighbour(i, a, side), kind[i]);
-      if (other != kind[i] && other != CellKind::solid) return true;
-    }
-  return false;
 }
 
 /// A film is a liquid cell between a solid and air along an axis across which the average changes most: beside a wall the top of deep liquid is none. In
@@ -230,12 +327,13 @@ std::uint8_t film_axes(std::size_t i, const std::vector<float>& filling, const s
   return std::uint8_t(axes);
 }
 
-/// A cell's distance from the surface that `kind` and `filling` give.
+/// What a cell has for a distance where liquid and air do not meet.
+constexpr float distance_away(CellKind kind) { return kind == CellKind::liquid ? -1.0f : kind == CellKind::air ? 1.0f : 0.0f; }
+
+/// The distance of a cell where they do from the surface that `kind` and `filling` give.
 template <int D>
 float distance_at(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  if (kind[i] == CellKind::solid) return 0;
   const bool wet = kind[i] == CellKind::liquid;
-  if (!meets_other(i, kind, blocks)) return wet ? -1.0f : 1.0f;
   float far = distance_of(i, filling, kind, blocks);
   float thickest = -1;   // [cells] of the films that this cell is, or bounds
   const auto take = [&](std::size_t cell, std::ptrdiff_t bound) {
@@ -254,27 +352,29 @@ float distance_at(std::size_t i, const std::vector<float>& filling, const std::v
 }
 
 template <int D>
-void set_distances(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+void set_distances(const std::vector<float>& filling, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   cells.distance.resize(blocks.size());
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      const CellKind kind = cells.kind[i];
-      if (near[i / per_block]) cells.distance[i] = distance_at(i, filling, cells.kind, blocks);
-      else cells.distance[i] = kind == CellKind::liquid ? -1.0f : kind == CellKind::air ? 1.0f : 0.0f;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      const std::size_t first = slot * per_block;
+      for (std::size_t i = first; i < first + per_block; ++i) cells.distance[i] = distance_away(cells.kind[i]);
+      for_places(kinds.meeting(slot), [&](std::size_t k) { cells.distance[first + k] = distance_at(first + k, filling, cells.kind, blocks); });
     }
   });
 }
 
-/// The cells of blocks near the surface that are wanted, ascending.
-template <int D, class Wanted>
-std::vector<std::size_t> cells_near(const std::vector<std::uint8_t>& near, const Wanted& is_wanted) {
-  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+/// The cells among candidates(slot), of a block, that are wanted, ascending.
+template <int D, class Candidates, class Wanted>
+std::vector<std::size_t> cells_among(const ActiveBlocks<D>& blocks, const Candidates& candidates, const Wanted& is_wanted) {
   using Cells = std::vector<std::size_t>;
-  return base::ordered_reduce(near.size(), kBlocksAtOnce, Cells{}, [&](std::size_t begin, std::size_t end) {
+  return base::ordered_reduce(blocks.count(), kBlocksAtOnce, Cells{}, [&](std::size_t begin, std::size_t end) {
     Cells found;
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
-      if (near[i / per_block] && is_wanted(i)) found.push_back(i);
+    for (std::size_t slot = begin; slot < end; ++slot)
+      for_places(candidates(slot), [&](std::size_t k) {
+        const std::size_t i = slot * std::size_t(Lattice<D>::kCellsPerBlock) + k;
+        if (is_wanted(i)) found.push_back(i);
+      });
     return found;
   }, [](Cells all, const Cells& part) {
     all.insert(all.end(), part.begin(), part.end());
@@ -283,30 +383,27 @@ std::vector<std::size_t> cells_near(const std::vector<std::uint8_t>& near, const
 }
 
 template <int D>
-void set_films(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
-  const std::vector<std::size_t> films = cells_near<D>(near, [&](std::size_t i) { return film_axes(i, filling, cells.kind, blocks) != 0; });
+void set_films(const std::vector<float>& filling, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  const std::vector<std::size_t> films =
+      cells_among(blocks, [&](std::size_t slot) { return kinds.between(slot); }, [&](std::size_t i) { return film_axes(i, filling, cells.kind, blocks) != 0; });
   cells.film.assign(films.empty() ? 0 : blocks.size(), 0);
   for (const std::size_t i : films) cells.film[i] = film_axes(i, filling, cells.kind, blocks);
 }
 
 /// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
 template <int D>
-std::vector<std::size_t> air_inside(const std::vector<float>& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
-                                    const ActiveBlocks<D>& blocks) {
-  return cells_near<D>(near, [&](std::size_t i) {
-    return cells.kind[i] == CellKind::air && meets_other(i, cells.kind, blocks) && distance_of(i, filling, cells.kind, blocks) < 1 - 2 * kGap &&
-           !cells.open.cut(i, blocks);
-  });
+std::vector<std::size_t> air_inside(const std::vector<float>& filling, const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+  return cells_among(blocks, [&](std::size_t slot) { return kinds.air[slot] == 0 ? 0 : kinds.air[slot] & kinds.liquid.beside(blocks, slot); },
+                     [&](std::size_t i) { return distance_of(i, filling, cells.kind, blocks) < 1 - 2 * kGap && !cells.open.cut(i, blocks); });
 }
 
 /// Liquid cells that the average puts outside, beside liquid that is inside.
 template <int D>
-std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const std::vector<std::uint8_t>& near, const LiquidCells<D>& cells,
-                                        const ActiveBlocks<D>& blocks) {
+std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   // The least filling of a cell that counts as inside: less is spray. No value that regular particles give, lest rounding decide.
   constexpr float kInside = 0.45f;
-  return cells_near<D>(near, [&](std::size_t i) {
-    if (cells.kind[i] != CellKind::liquid || cells.distance[i] < -kBeside) return false;
+  const auto is_outside = [&](std::size_t i) {
+    if (cells.distance[i] < -kBeside) return false;
     bool on_liquid = false;
     for (int a = 0; a < D && !on_liquid; ++a)
       for (const int side : {0, 1}) {
@@ -316,7 +413,8 @@ std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const std::v
       }
     return on_liquid && distance_of(i, filling.mean, cells.kind, blocks) > kBeside &&
            !(cells.film_at(i) > 0 && filling.on_walls[i] > kInside);
-  });
+  };
+  return cells_among(blocks, [&](std::size_t slot) { return kinds.liquid[slot] == 0 ? 0 : kinds.liquid[slot] & kinds.air.beside(blocks, slot); }, is_outside);
 }
 
 /// Whether air is within three cells along every axis.
@@ -336,7 +434,7 @@ bool is_near_air(std::size_t i, const std::vector<CellKind>& kind, const ActiveB
 /// around say, with weights 1, 2, 1 along each axis.
 template <int D>
 std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std::vector<float>& on_walls, double full, const std::vector<std::uint8_t>& near,
-                                     const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+                                     const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr double kSquares = 0.375;   // the sum of the squared weights along an axis
   const auto least = float(1 - kThinDeviations * std::sqrt(std::pow(kSquares, D) / full));
   if (least <= 0) return {};
@@ -356,8 +454,8 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
     }
     return sum / float(weights) < least;
   };
-  return cells_near<D>(near, [&](std::size_t i) {
-    if (!is_liquid(std::ptrdiff_t(i)) || !is_thin(i)) return false;
+  return cells_among(blocks, [&](std::size_t slot) { return near[slot] ? kinds.liquid[slot] : 0; }, [&](std::size_t i) {
+    if (!is_thin(i)) return false;
     for (int a = 0; a < D; ++a)
       for (const int side : {0, 1})
         if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); is_liquid(j) && !is_thin(std::size_t(j))) return false;
@@ -407,29 +505,36 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
 template <int D, class Real>
 void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& count, double full, LiquidCells<D>& cells,
                   const ActiveBlocks<D>& blocks) {
-  const std::vector<std::uint8_t> near = blocks_near_surface(cells.kind, blocks);
-  const FaceFilling filling = face_filling(mass, full, cells, blocks.all_places() ? near : with_neighbours(near, blocks), blocks);
+  KindSets<D> kinds(cells.kind, blocks);
+  const std::vector<std::uint8_t> near = blocks_near_surface(kinds, blocks);
+  const FaceFilling filling = face_filling(mass, full, cells, kinds.solid, blocks.all_places() ? near : with_neighbours(near, blocks), blocks);
   const auto become = [&](const std::vector<std::size_t>& changed, CellKind kind) {
-    for (const std::size_t i : changed) cells.kind[i] = kind;
+    for (const std::size_t i : changed) {
+      cells.kind[i] = kind;
+      (kind == CellKind::liquid ? kinds.air : kinds.liquid).erase(i);
+      (kind == CellKind::liquid ? kinds.liquid : kinds.air).insert(i);
+    }
   };
-  become(air_inside(filling.mean, near, cells, blocks), CellKind::liquid);
-  set_distances(filling.mean, near, cells, blocks);
-  set_films(filling.mean, near, cells, blocks);
-  const std::vector<std::size_t> outside = liquid_outside(filling, near, cells, blocks);
+  become(air_inside(filling.mean, kinds, cells, blocks), CellKind::liquid);
+  set_distances(filling.mean, kinds, cells, blocks);
+  set_films(filling.mean, kinds, cells, blocks);
+  const std::vector<std::size_t> outside = liquid_outside(filling, kinds, cells, blocks);
   become(outside, CellKind::air);
-  set_films(filling.mean, near, cells, blocks);
-  cells.thin = thin_liquid(count, filling.on_walls, full, near, cells, blocks);
+  set_films(filling.mean, kinds, cells, blocks);
+  cells.thin = thin_liquid(count, filling.on_walls, full, near, kinds, cells, blocks);
   become(cells.thin, CellKind::air);
   // The average knows no kind but solid: the only distances that change are theirs and their neighbours'.
+  const auto renew = [&](std::size_t i) {
+    cells.distance[i] = kinds.meets(i) ? distance_at(i, filling.mean, cells.kind, blocks) : distance_away(cells.kind[i]);
+  };
   for (const std::vector<std::size_t>* changed : {&outside, &std::as_const(cells.thin)})
     for (const std::size_t i : *changed) {
-      cells.distance[i] = distance_at(i, filling.mean, cells.kind, blocks);
+      renew(i);
       for (int a = 0; a < D; ++a)
         for (const int side : {0, 1})
-          if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0)
-            cells.distance[std::size_t(j)] = distance_at(std::size_t(j), filling.mean, cells.kind, blocks);
+          if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0) renew(std::size_t(j));
     }
-  set_films(filling.mean, near, cells, blocks);
+  set_films(filling.mean, kinds, cells, blocks);
 }
 
 template void find_surface(const FaceField<2, float>&, const std::vector<float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);

@@ -100,6 +100,15 @@ class ActiveBlocks {
   }
   /// Whether `is_place` is true of all.
   bool all_places() const { return !has_cut_; }
+  /// The slot of the block before (side 0) or after (1) one along an axis; -1 where none is active.
+  std::int32_t neighbour_block(std::size_t slot, int axis, int side) const {
+    return neighbours_[slot][std::size_t(kNeighbours / 2 + (side ? kStep[axis] : -kStep[axis]))];
+  }
+  /// The last place of a block along an axis.
+  int last_of(std::size_t slot, int axis) const {
+    const bool cut = has_cut_ && lattice_.periodic[axis] && block_[slot][axis] == lattice_.blocks[axis] - 1;
+    return cut ? (lattice_.cells[axis] - 1) % kEdge : kEdge - 1;
+  }
   /// Index of each of n^D places from `first` on, last axis fastest; kAbsent where no block is active.
   template <int n>
   auto places(const Cell<D>& first) const;
@@ -117,11 +126,6 @@ class ActiveBlocks {
     for (int a = D - 1, s = 1; a >= 0; --a, s *= 3) step[std::size_t(a)] = s;
     return step;
   }();
-  /// The last place of a block along an axis, where blocks may be cut.
-  int last_of(std::size_t slot, int axis) const {
-    const bool cut = lattice_.periodic[axis] && block_[slot][axis] == lattice_.blocks[axis] - 1;
-    return cut ? (lattice_.cells[axis] - 1) % kEdge : kEdge - 1;
-  }
   template <bool kMayBeCut>
   std::ptrdiff_t neighbour_of(std::size_t index, int axis, int side) const {
     const int shift = 2 * (D - 1 - axis), local = int(index % kCells), at = local >> shift & (kEdge - 1);
@@ -131,7 +135,7 @@ class ActiveBlocks {
       else return kEdge - 1;
     };
     if (side ? at < last(slot) : at > 0) return std::ptrdiff_t(index) + (side ? 1 << shift : -(1 << shift));
-    const std::int32_t other = neighbours_[slot][std::size_t(kNeighbours / 2 + (side ? kStep[axis] : -kStep[axis]))];
+    const std::int32_t other = neighbour_block(slot, axis, side);
     if (other < 0) return kAbsent;
     const int to = side ? 0 : last(std::size_t(other));
     return std::ptrdiff_t(other) * kCells + (local & ~((kEdge - 1) << shift)) + (to << shift);
