@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "sim/colliders/solids.h"
 #include "sim/fluid/open_faces.h"
+#include "sim/random.h"
 #include "sim/simulation.h"
 #include "tests/closed_meshes.h"
 #include "tests/solid_scenes.h"
@@ -195,6 +197,50 @@ TEST(MeshDistance, HasTheSameBitsOnAnyNumberOfThreads) {
     return values;
   };
   EXPECT_EQ(sample(1), sample(4));
+}
+
+// Particles in cells that are far inside are not asked for their distances.
+TEST(Colliders, TouchNothingThatIsFarInside) {
+  Scene scene = tank(0.05, {Vec3::Zero(), Vec3(1, 0.4, 0.5)});
+  scene.options.boundary[0] = {Side::periodic, Side::periodic};
+  const Lattice<3> lattice({20, 8, 10}, {true, false, false});
+  Shape straight, turned, ball_shape, mesh;
+  straight.box = base::Box{Vec3(0.2, 0.1, 0), Vec3(0.4, 0.3, 0.2)};
+  turned = straight, turned.turn_by(30, Vec3(1, 2, -1));
+  ball_shape.sphere = Shape::Sphere{Vec3(0.9, 0.21, 0.27), 0.13};
+  mesh.mesh = collider_of(ball(96), 0.13, Vec3(0.5, 0.2, 0.25), 0.05);
+  for (const Shape& shape : {straight, turned, ball_shape, mesh}) {
+    Collider collider;
+    collider.shape = shape;
+    if (!shape.mesh) collider.velocity = Vec3(1, 0, 0);
+    scene.colliders = {collider};
+    Solids<3> solids(scene, lattice);
+    for (const double time : {0.0, 0.37}) {
+      solids.move_to(time);
+      std::size_t far = 0, inside = 0;
+      for (std::size_t n = 0; n < 20000; ++n) {
+        Moving<3, float> particle{{}, Vec<3, float>::Zero()};
+        Vec3 at;
+        for (int a = 0; a < 3; ++a) {
+          const double place = lattice.cells[std::size_t(a)] * uniform(11, n, std::uint64_t(a));
+          particle.site.cell[std::size_t(a)] = int(place), particle.site.offset[a] = float(place - std::floor(place));
+          at[a] = 0.05 * place;
+        }
+        const double depth = std::transform_reduce(solids.shapes.begin(), solids.shapes.end(), 1.0, [](double a, double b) { return std::min(a, b); },
+                                                   [&](const Shape& s) { return s.distance(at); });
+        const bool is_far = solids.is_far_inside(particle.site.cell);
+        if (is_far) {
+          EXPECT_GT(depth, 0.01) << at.transpose();
+        }
+        if (depth < -0.01) {
+          EXPECT_GT(solids.push_out(particle), 0) << at.transpose();
+        }
+        far += is_far, inside += depth < -0.01;
+      }
+      EXPECT_GT(far, 2000);
+      EXPECT_GT(inside, 50);
+    }
+  }
 }
 
 TEST(ColliderMesh, OpensFacesAsTheShapeItIsOf) {

@@ -3,6 +3,8 @@
 #include <set>
 
 #include "sim/colliders/solids.h"
+#include "sim/random.h"
+#include "sim/transfer/place_set.h"
 #include "tests/transfer_cases.h"
 
 namespace sim {
@@ -32,6 +34,42 @@ TEST(Blocks, NeighboursAreThePlacesBesideAroundPeriodicSidesToo) {
   for (const bool periodic : {false, true}) {
     for (int edge = 1; edge <= 13; ++edge) expect_neighbours(ActiveBlocks<2>::whole(lattice_of<2>(edge, periodic)));
     for (const int edge : {1, 3, 4, 6}) expect_neighbours(ActiveBlocks<3>::whole(lattice_of<3>(edge, periodic)));
+  }
+}
+
+template <int D>
+void expect_sets(const ActiveBlocks<D>& blocks) {
+  constexpr std::size_t per_block = std::size_t(ActiveBlocks<D>::kCells);
+  std::vector<std::uint8_t> kind(blocks.size());   // where there is no place, too
+  for (std::size_t i = 0; i < kind.size(); ++i) kind[i] = std::uint8_t(3 * uniform(7, i, 0));
+  const PlaceSet<D> ones(blocks, kind, std::uint8_t{1}), same(blocks, [&](std::size_t i) { return kind[i] == 1; });
+  for (std::size_t slot = 0; slot < blocks.count(); ++slot) {
+    ASSERT_EQ(ones[slot], same[slot]);
+    std::array<std::uint8_t, per_block> flags;
+    write_flags(ones[slot], per_block, flags.data());
+    PlaceBits any = 0;
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1}) any |= ones.beside(blocks, slot, a, side);
+    EXPECT_EQ(ones.beside(blocks, slot), any);
+    for (std::size_t k = 0; k < per_block; ++k) {
+      const std::size_t i = slot * per_block + k;
+      const bool is_place = blocks.is_place(i);
+      ASSERT_EQ(PlaceSet<D>::places(blocks, slot) >> k & 1, is_place);
+      ASSERT_EQ(ones.has(i), is_place && kind[i] == 1);
+      ASSERT_EQ(flags[k], ones.has(i));
+      for (int a = 0; a < D && is_place; ++a)
+        for (const int side : {0, 1}) {
+          const std::ptrdiff_t j = blocks.neighbour(i, a, side);
+          ASSERT_EQ(ones.beside(blocks, slot, a, side) >> k & 1, j >= 0 && kind[std::size_t(j)] == 1) << "axis " << a << " side " << side;
+        }
+    }
+  }
+}
+
+TEST(Blocks, WhatLiesBesideASetIsBesideOneOfItsPlaces) {
+  for (const bool periodic : {false, true}) {
+    for (int edge = 1; edge <= 13; ++edge) expect_sets(ActiveBlocks<2>::whole(lattice_of<2>(edge, periodic)));
+    for (const int edge : {1, 3, 4, 6, 9}) expect_sets(ActiveBlocks<3>::whole(lattice_of<3>(edge, periodic)));
   }
 }
 

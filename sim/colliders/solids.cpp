@@ -87,14 +87,27 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
 template <int D>
 void Solids<D>::move_to(double time) {
   time_ = time;
-  shapes.clear(), velocities.clear(), thin_.clear();
+  shapes.clear(), velocities.clear(), reaches_.clear(), thin_.clear();
   const double way = options_.cfl * cell;   // [m] that a particle crosses in a step, and a collider
   for (const Collider& collider : colliders_) {
     const Shape now = shape_at(time, collider, options_);
-    for (const Shape& shape : with_images(now, options_, 1e-6 * cell)) shapes.push_back(shape), velocities.push_back(collider.velocity);
+    for (const Shape& shape : with_images(now, options_, 1e-6 * cell)) shapes.push_back(shape), velocities.push_back(collider.velocity), reaches_.emplace_back(shape, *this);
     // Thicker ones push back to the side that a particle came from.
     if (const double thin = thickness(now, D); thin < 1.999 * way)
       for (const Shape& shape : with_images(now, options_, 2 * way)) thin_.push_back({shape, collider.velocity, thin});
+  }
+}
+
+template <int D>
+Solids<D>::Reach::Reach(const Shape& shape, const Solids& solids) {
+  constexpr double kMost = 1e9;   // [cells] farther than any domain goes
+  const base::Box bounds = shape.bounds();
+  for (int a = 0; a < D; ++a) {
+    const bool endless = (shape.box && !shape.turn && shape.box->lower[a] == shape.box->upper[a]) || (shape.mesh && !shape.mesh->solid);
+    const auto in_cells = [&](double at) { return std::clamp(std::floor((at - solids.origin[a]) / solids.cell), -kMost, kMost); };
+    // A cell more: distances of meshes are interpolated, and what is this near counts as touching.
+    first[std::size_t(a)] = endless ? -int(kMost) : int(in_cells(bounds.lower[a])) - 1;
+    last[std::size_t(a)] = endless ? int(kMost) : int(in_cells(bounds.upper[a])) + 1;
   }
 }
 
@@ -158,6 +171,7 @@ double Solids<D>::push_out(Moving<D, Real>& particle) const {
   // A second pass settles a particle that leaves one collider into another; what is still inside then is the next step's.
   for (int pass = 0; pass < 2; ++pass)
     for (std::size_t s = 0; s < shapes.size(); ++s) {
+      if (!reaches_[s].holds(site.cell)) continue;
       base::Vec3 at = origin, normal;
       for (int a = 0; a < D; ++a) at[a] += (double(site.cell[a]) + double(site.offset[a])) * cell;
       const double depth = kSkin * cell - shapes[s].distance(at, &normal);

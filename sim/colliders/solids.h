@@ -2,6 +2,7 @@
 // The solids of a scene: the walls of the domain and the colliders in it, which may move. A cell is solid when its middle is inside;
 // particles are kept out of the shapes themselves. Periodic and open sides are no walls. Nothing is stored by cell: whoever asks, asks the
 // shapes.
+#include <algorithm>
 #include <bitset>
 #include <vector>
 
@@ -71,10 +72,9 @@ struct Solids {
 
   /// Whether nothing can touch a particle of this cell: no collider is there, and no side of the domain beside it.
   bool is_far_inside(const Cell<D>& at) const {
-    if (!shapes.empty()) return false;
     for (std::size_t a = 0; a < std::size_t(D); ++a)
       if (at[a] <= 0 || at[a] >= lattice.cells[a] - 1) return false;
-    return true;
+    return std::none_of(reaches_.begin(), reaches_.end(), [&](const Reach& reach) { return reach.holds(at); });
   }
 
   /// Moves a particle to the nearest place outside all solids and within the walls, across periodic sides where it left through one;
@@ -92,6 +92,17 @@ struct Solids {
   std::vector<Collider> colliders_;   // at t = 0, continued through the walls that they stand on
   Options options_;
   double time_ = 0;                   // [s]
+  /// The cells from which a particle may touch a shape.
+  struct Reach {
+    Cell<D> first, last;
+    Reach(const Shape&, const Solids&);
+    bool holds(const Cell<D>& at) const {
+      for (std::size_t a = 0; a < std::size_t(D); ++a)
+        if (at[a] < first[a] || at[a] > last[a]) return false;
+      return true;
+    }
+  };
+  std::vector<Reach> reaches_;        // of each of `shapes`
   struct Thin {
     Shape shape;                      // as in `shapes`, and images that a particle may come to before it is back in the domain
     base::Vec3 velocity;              // [m/s]

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 namespace {
@@ -55,13 +56,19 @@ bool is_gap(std::size_t i, const std::vector<CellKind>& kind, const std::vector<
 /// No two cells of which this changes one are neighbours: their order does not matter.
 template <int D>
 void fill_gaps(std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks, const OpenFaces<D>& open) {
+  const PlaceSet<D> air(blocks, kind, CellKind::air), liquid(blocks, kind, CellKind::liquid);
   const auto find = [&](std::size_t begin, std::size_t end) {
     Cells gaps;
-    for (std::size_t i = begin; i < end; ++i)
-      if (is_gap(i, kind, {}, blocks, open)) gaps.push_back(i);
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      PlaceBits wet = air[slot] == 0 ? 0 : air[slot] & liquid.beside(blocks, slot);
+      if (wet != 0 && open.is_open_around(slot, blocks)) wet &= ~air.beside(blocks, slot);
+      for_places(wet, [&](std::size_t k) {
+        if (const std::size_t i = slot * std::size_t(Lattice<D>::kCellsPerBlock) + k; is_gap(i, kind, {}, blocks, open)) gaps.push_back(i);
+      });
+    }
     return gaps;
   };
-  const Cells gaps = base::ordered_reduce(kind.size(), kChunk * Lattice<D>::kCellsPerBlock, Cells{}, find, append);
+  const Cells gaps = base::ordered_reduce(blocks.count(), kChunk, Cells{}, find, append);
   for (const std::size_t i : gaps) kind[i] = CellKind::liquid;
 }
 

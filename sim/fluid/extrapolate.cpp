@@ -38,7 +38,7 @@ PlaceBits fill_layer(std::size_t slot, const PlaceSet<D>& known, const ActiveBlo
 template <int D, class Real, class Neighbour>
 void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint8_t>& valid, const ActiveBlocks<D>& blocks, int layers,
                            const Neighbour& neighbour) {
-  PlaceSet<D> known(blocks, [&](std::size_t i) { return valid[i] != 0; }), next(blocks);
+  PlaceSet<D> known(blocks, valid, std::uint8_t{1}), next(blocks);
   for (int layer = 1; layer <= layers; ++layer) {
     // Reads only faces of earlier layers, writes only faces of this one.
     base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {

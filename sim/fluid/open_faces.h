@@ -58,6 +58,13 @@ class OpenFaces {
   bool pushes() const { return !pushed_.empty(); }
   /// Whether all lower faces of a block's places are open.
   bool is_open(std::size_t slot) const { return part_[slot] < 0; }
+  /// Whether all faces of its places are, upper ones too.
+  bool is_open_around(std::size_t slot, const ActiveBlocks<D>& blocks) const {
+    bool open = is_open(slot);
+    for (int a = 0; a < D; ++a)
+      if (const std::int32_t above = blocks.neighbour_block(slot, a, 1); above >= 0) open = open && is_open(std::size_t(above));
+    return open;
+  }
 
  private:
   static constexpr std::size_t kPerBlock = std::size_t(Lattice<D>::kCellsPerBlock);

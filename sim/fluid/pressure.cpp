@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 namespace {
@@ -196,17 +197,17 @@ PoissonCell tile_without_liquid(const Cell<D>& tile, const LiquidCells<D>& cells
 /// Closed faces get the solid's velocity or the source's, or 0 where nothing moves. A face is valid when liquid touches it, thin liquid and that in a
 /// source too.
 template <int D, class Real>
-void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
+void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const PlaceSet<D>& liquid, const ActiveBlocks<D>& blocks, FaceMask<D>& valid) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   for (int a = 0; a < D; ++a) {
     valid[a].resize(blocks.size());
     base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t slot = begin; slot < end; ++slot) {
-        const bool free = cells.open.is_open(slot);
-        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
-          if (!free && cells.open(a, i) == 0) v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);
-          valid[a][i] = cells.kind[i] == CellKind::liquid || kind_of(cells.kind, blocks.neighbour(i, a, 0)) == CellKind::liquid ||
-                        (!free && cells.open.held(a, i));
+        const std::size_t first = slot * per_block;
+        write_flags(liquid[slot] | liquid.beside(blocks, slot, a, 0), per_block, &valid[a][first]);
+        for (std::size_t i = first; i < first + per_block && !cells.open.is_open(slot); ++i) {
+          if (cells.open(a, i) == 0) v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);
+          if (cells.open.held(a, i)) valid[a][i] = 1;
         }
       }
     });
@@ -219,21 +220,23 @@ void hold_solids(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells,
 
 /// v -= difference of pressure across every face that is open and that liquid touches.
 template <int D, class Real>
-void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const std::vector<double>& p, const ActiveBlocks<D>& blocks) {
+void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const PlaceSet<D>& liquid, const std::vector<double>& p,
+                       const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * per_block; i < end * per_block; ++i)
-      for (int a = 0; a < D; ++a) {
-        const std::ptrdiff_t lower = blocks.neighbour(i, a, 0);
-        const CellKind below = kind_of(cells.kind, lower), above = cells.kind[i];
-        if (below == CellKind::solid || above == CellKind::solid || cells.open(a, i) == 0) continue;
-        double change = 0;
-        if (below == CellKind::liquid && above == CellKind::liquid) change = p[i] - p[std::size_t(lower)];
-        else if (above == CellKind::liquid) change = p[i] * inverse_theta(cells, a, std::ptrdiff_t(i), lower);
-        else if (below == CellKind::liquid) change = -p[std::size_t(lower)] * inverse_theta(cells, a, lower, std::ptrdiff_t(i));
-        else continue;
-        v[a][i] = Real(double(v[a][i]) - change);
-      }
+    for (std::size_t slot = begin; slot < end; ++slot)
+      for (int a = 0; a < D; ++a)
+        for_places(liquid[slot] | liquid.beside(blocks, slot, a, 0), [&](std::size_t k) {
+          const std::size_t i = slot * per_block + k;
+          const std::ptrdiff_t lower = blocks.neighbour(i, a, 0);
+          const CellKind below = kind_of(cells.kind, lower), above = cells.kind[i];
+          if (below == CellKind::solid || above == CellKind::solid || cells.open(a, i) == 0) return;
+          double change = 0;
+          if (below == CellKind::liquid && above == CellKind::liquid) change = p[i] - p[std::size_t(lower)];
+          else if (above == CellKind::liquid) change = p[i] * inverse_theta(cells, a, std::ptrdiff_t(i), lower);
+          else change = -p[std::size_t(lower)] * inverse_theta(cells, a, lower, std::ptrdiff_t(i));
+          v[a][i] = Real(double(v[a][i]) - change);
+        });
   });
 }
 
@@ -343,7 +346,8 @@ template <class Real>
 PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vector<float>* source, const LiquidCells<D>& cells,
                                     const ActiveBlocks<D>& blocks, double tolerance, FaceMask<D>& valid) {
   using T = Tile<D>;
-  hold_solids<D, Real>(velocity, /*moves=*/!source, cells, blocks, valid);
+  const PlaceSet<D> liquid(blocks, cells.kind, CellKind::liquid);
+  hold_solids<D, Real>(velocity, /*moves=*/!source, cells, liquid, blocks, valid);
   PoissonProblem<D> problem;
   problem.cells = blocks.lattice().cells, problem.periodic = blocks.lattice().periodic;
   problem.tiles = tiles_with_liquid<D>(cells.kind, blocks);
@@ -387,7 +391,7 @@ PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vec
           }
     }
   });
-  subtract_gradient<D, Real>(velocity, cells, pressure_, blocks);
+  subtract_gradient<D, Real>(velocity, cells, liquid, pressure_, blocks);
   if (!source && cells.open.pushes()) report.solid_work = work_of_solids<D>(cells, pressure_, blocks);
   return report;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "base/parallel.h"
@@ -63,8 +64,7 @@ class KindSets {
   PlaceSet<D> liquid, air, solid;
 
   KindSets(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks)
-      : liquid(blocks, [&](std::size_t i) { return kind[i] == CellKind::liquid; }), air(blocks, [&](std::size_t i) { return kind[i] == CellKind::air; }),
-        solid(blocks, [&](std::size_t i) { return kind[i] == CellKind::solid; }), blocks_(blocks) {}
+      : liquid(blocks, kind, CellKind::liquid), air(blocks, kind, CellKind::air), solid(blocks, kind, CellKind::solid), blocks_(blocks) {}
 
   /// Of a block, liquid cells beside air and air cells beside liquid.
   PlaceBits meeting(std::size_t slot) const { return (liquid[slot] & air.beside(blocks_, slot)) | (air[slot] & liquid.beside(blocks_, slot)); }
@@ -277,11 +277,58 @@ FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const Liqu
   return filling;
 }
 
-/// Across a level surface the average falls by a half from a cell to the next.
+/// The average fillings. Several ask for those of cells where liquid and air meet: they are kept.
 template <int D>
-float distance_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  return float(1 - 2 * mean_filling<D>(blocks.places_around(i), filling, kind));
-}
+class Averages {
+ public:
+  Averages(const std::vector<float>& filling, const std::vector<CellKind>& kind, const KindSets<D>& kinds, const ActiveBlocks<D>& blocks)
+      : filling_(filling), kind_(kind), blocks_(blocks), kept_(blocks), average_(std::make_unique_for_overwrite<double[]>(blocks.size())) {
+    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot) {
+        if (kept_[slot] = kinds.meeting(slot); kept_[slot] == 0) continue;
+        const auto& around = blocks.neighbours(slot);
+        const bool sees_solid = std::any_of(around.begin(), around.end(), [&](std::int32_t b) { return b >= 0 && kinds.solid[std::size_t(b)] != 0; });
+        if (sees_solid || !blocks.all_places())
+          for_places(kept_[slot], [&](std::size_t k) { average_[slot * kPerBlock + k] = mean(slot * kPerBlock + k); });
+        else keep_in_the_open(slot);
+      }
+    });
+  }
+  double at(std::size_t i) const { return kept_.has(i) ? average_[i] : mean(i); }
+  /// Across a level surface the average falls by a half from a cell to the next.
+  float distance(std::size_t i) const { return float(1 - 2 * at(i)); }
+
+ private:
+  static constexpr std::size_t kPerBlock = std::size_t(Lattice<D>::kCellsPerBlock);
+
+  double mean(std::size_t i) const { return mean_filling<D>(blocks_.places_around(i), filling_, kind_); }
+  /// Of a block without a solid in or around it: mean_filling's sums, from a copy.
+  void keep_in_the_open(std::size_t slot) {
+    constexpr int kTile = Lattice<D>::kBlock + 2, kAll = ActiveBlocks<D>::kNeighbours;
+    std::array<float, std::size_t(int_power(kTile, D))> tile{};
+    blocks_.template for_tile<kTile, 1>(blocks_.block(slot), [&](int to, std::size_t from, auto count) {
+      std::copy_n(&filling_[from], int(count), &tile[std::size_t(to)]);
+    });
+    for_places(kept_[slot], [&](std::size_t k) {
+      const Cell<D> in_block = Lattice<D>::cell_in(Cell<D>{}, int(k));
+      int first = 0;
+      for (int a = 0; a < D; ++a) first = first * kTile + in_block[std::size_t(a)];
+      double sum = 0;
+      for (int n = 0; n < kAll; ++n) {
+        int place = first;
+        for (int a = 0, rest = n, step = 1; a < D; ++a, rest /= 3, step *= kTile) place += rest % 3 * step;
+        sum += kWeights<D>[std::size_t(n)] * double(tile[std::size_t(place)]);
+      }
+      average_[slot * kPerBlock + k] = sum / double(int_power(4, D));
+    });
+  }
+
+  const std::vector<float>& filling_;
+  const std::vector<CellKind>& kind_;
+  const ActiveBlocks<D>& blocks_;
+  PlaceSet<D> kept_;
+  std::unique_ptr<double[]> average_;   // of the cells kept
+};
 
 /// A film is a liquid cell between a solid and air along an axis across which the average changes most: beside a wall the top of deep liquid is none. In
 /// a corner it may be one along several.
@@ -293,9 +340,9 @@ struct Film {
 /// By axis. The average keeps the sum of a column and its mirror image, but takes both surfaces of what is thinner than it is wide for lower than they
 /// are. Of the column's fillings f, g, 0 ... it makes (3 f + g) / 4 and (f + 2 g) / 4, which give f + g.
 template <int D>
-std::array<Film, std::size_t(D)> films_of(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+std::array<Film, std::size_t(D)> films_of(std::size_t i, const Averages<D>& averages, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   const auto kind_at = [&](std::ptrdiff_t j) { return value_at(kind, j, CellKind::air); };
-  const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : mean_filling<D>(blocks.places_around(std::size_t(j)), filling, kind); };
+  const auto mean_at = [&](std::ptrdiff_t j) { return j < 0 ? 0.0 : averages.at(std::size_t(j)); };
   std::array<Film, std::size_t(D)> films;
   if (kind[i] != CellKind::liquid) return films;
   for (int a = 0; a < D; ++a)
@@ -320,8 +367,8 @@ std::array<Film, std::size_t(D)> films_of(std::size_t i, const std::vector<float
 
 /// The axes along which a cell is a film, a bit each.
 template <int D>
-std::uint8_t film_axes(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
-  const auto films = films_of(i, filling, kind, blocks);
+std::uint8_t film_axes(std::size_t i, const Averages<D>& averages, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+  const auto films = films_of(i, averages, kind, blocks);
   unsigned axes = 0;
   for (std::size_t a = 0; a < std::size_t(D); ++a) axes |= unsigned(films[a].above >= 0) << a;
   return std::uint8_t(axes);
@@ -330,14 +377,14 @@ std::uint8_t film_axes(std::size_t i, const std::vector<float>& filling, const s
 /// What a cell has for a distance where liquid and air do not meet.
 constexpr float distance_away(CellKind kind) { return kind == CellKind::liquid ? -1.0f : kind == CellKind::air ? 1.0f : 0.0f; }
 
-/// The distance of a cell where they do from the surface that `kind` and `filling` give.
+/// The distance of a cell where they do from the surface that `kind` and the averages give.
 template <int D>
-float distance_at(std::size_t i, const std::vector<float>& filling, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
+float distance_at(std::size_t i, const Averages<D>& averages, const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks) {
   const bool wet = kind[i] == CellKind::liquid;
-  float far = distance_of(i, filling, kind, blocks);
+  float far = averages.distance(i);
   float thickest = -1;   // [cells] of the films that this cell is, or bounds
   const auto take = [&](std::size_t cell, std::ptrdiff_t bound) {
-    for (const Film& film : films_of(cell, filling, kind, blocks))
+    for (const Film& film : films_of(cell, averages, kind, blocks))
       if (film.above >= 0 && (bound < 0 || film.above == bound)) thickest = std::max(thickest, film.height);
   };
   if (wet) {
@@ -352,14 +399,14 @@ float distance_at(std::size_t i, const std::vector<float>& filling, const std::v
 }
 
 template <int D>
-void set_distances(const std::vector<float>& filling, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+void set_distances(const Averages<D>& averages, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   cells.distance.resize(blocks.size());
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t slot = begin; slot < end; ++slot) {
       const std::size_t first = slot * per_block;
       for (std::size_t i = first; i < first + per_block; ++i) cells.distance[i] = distance_away(cells.kind[i]);
-      for_places(kinds.meeting(slot), [&](std::size_t k) { cells.distance[first + k] = distance_at(first + k, filling, cells.kind, blocks); });
+      for_places(kinds.meeting(slot), [&](std::size_t k) { cells.distance[first + k] = distance_at(first + k, averages, cells.kind, blocks); });
     }
   });
 }
@@ -383,23 +430,24 @@ std::vector<std::size_t> cells_among(const ActiveBlocks<D>& blocks, const Candid
 }
 
 template <int D>
-void set_films(const std::vector<float>& filling, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+void set_films(const Averages<D>& averages, const KindSets<D>& kinds, LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   const std::vector<std::size_t> films =
-      cells_among(blocks, [&](std::size_t slot) { return kinds.between(slot); }, [&](std::size_t i) { return film_axes(i, filling, cells.kind, blocks) != 0; });
+      cells_among(blocks, [&](std::size_t slot) { return kinds.between(slot); }, [&](std::size_t i) { return film_axes(i, averages, cells.kind, blocks) != 0; });
   cells.film.assign(films.empty() ? 0 : blocks.size(), 0);
-  for (const std::size_t i : films) cells.film[i] = film_axes(i, filling, cells.kind, blocks);
+  for (const std::size_t i : films) cells.film[i] = film_axes(i, averages, cells.kind, blocks);
 }
 
 /// Air cells that the average puts well inside: gaps between particles. Of what a collider cuts it is not exact.
 template <int D>
-std::vector<std::size_t> air_inside(const std::vector<float>& filling, const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+std::vector<std::size_t> air_inside(const Averages<D>& averages, const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
   return cells_among(blocks, [&](std::size_t slot) { return kinds.air[slot] == 0 ? 0 : kinds.air[slot] & kinds.liquid.beside(blocks, slot); },
-                     [&](std::size_t i) { return distance_of(i, filling, cells.kind, blocks) < 1 - 2 * kGap && !cells.open.cut(i, blocks); });
+                     [&](std::size_t i) { return averages.distance(i) < 1 - 2 * kGap && !cells.open.cut(i, blocks); });
 }
 
 /// Liquid cells that the average puts outside, beside liquid that is inside.
 template <int D>
-std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const KindSets<D>& kinds, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
+std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const Averages<D>& averages, const KindSets<D>& kinds, const LiquidCells<D>& cells,
+                                        const ActiveBlocks<D>& blocks) {
   // The least filling of a cell that counts as inside: less is spray. No value that regular particles give, lest rounding decide.
   constexpr float kInside = 0.45f;
   const auto is_outside = [&](std::size_t i) {
@@ -411,7 +459,7 @@ std::vector<std::size_t> liquid_outside(const FaceFilling& filling, const KindSe
         on_liquid = on_liquid || (j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid && cells.distance[std::size_t(j)] < -kBeside &&
                                   filling.mean[std::size_t(j)] > kInside);
       }
-    return on_liquid && distance_of(i, filling.mean, cells.kind, blocks) > kBeside &&
+    return on_liquid && averages.distance(i) > kBeside &&
            !(cells.film_at(i) > 0 && filling.on_walls[i] > kInside);
   };
   return cells_among(blocks, [&](std::size_t slot) { return kinds.liquid[slot] == 0 ? 0 : kinds.liquid[slot] & kinds.air.beside(blocks, slot); }, is_outside);
@@ -440,7 +488,7 @@ std::vector<std::size_t> thin_liquid(const std::vector<float>& count, const std:
   if (least <= 0) return {};
   const auto is_liquid = [&](std::ptrdiff_t j) { return j >= 0 && cells.kind[std::size_t(j)] == CellKind::liquid; };
   const auto is_thin = [&](std::size_t i) {
-    if (cells.open.cut(i, blocks)) return false;
+    if (!cells.open.is_open_around(i / std::size_t(Lattice<D>::kCellsPerBlock), blocks) && cells.open.cut(i, blocks)) return false;
     const auto places = blocks.places_around(i);
     int weights = 0;
     float sum = 0;
@@ -515,17 +563,18 @@ void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& coun
       (kind == CellKind::liquid ? kinds.liquid : kinds.air).insert(i);
     }
   };
-  become(air_inside(filling.mean, kinds, cells, blocks), CellKind::liquid);
-  set_distances(filling.mean, kinds, cells, blocks);
-  set_films(filling.mean, kinds, cells, blocks);
-  const std::vector<std::size_t> outside = liquid_outside(filling, kinds, cells, blocks);
+  const Averages<D> averages(filling.mean, cells.kind, kinds, blocks);
+  become(air_inside(averages, kinds, cells, blocks), CellKind::liquid);
+  set_distances(averages, kinds, cells, blocks);
+  set_films(averages, kinds, cells, blocks);
+  const std::vector<std::size_t> outside = liquid_outside(filling, averages, kinds, cells, blocks);
   become(outside, CellKind::air);
-  set_films(filling.mean, kinds, cells, blocks);
+  set_films(averages, kinds, cells, blocks);
   cells.thin = thin_liquid(count, filling.on_walls, full, near, kinds, cells, blocks);
   become(cells.thin, CellKind::air);
   // The average knows no kind but solid: the only distances that change are theirs and their neighbours'.
   const auto renew = [&](std::size_t i) {
-    cells.distance[i] = kinds.meets(i) ? distance_at(i, filling.mean, cells.kind, blocks) : distance_away(cells.kind[i]);
+    cells.distance[i] = kinds.meets(i) ? distance_at(i, averages, cells.kind, blocks) : distance_away(cells.kind[i]);
   };
   for (const std::vector<std::size_t>* changed : {&outside, &std::as_const(cells.thin)})
     for (const std::size_t i : *changed) {
@@ -534,7 +583,7 @@ void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& coun
         for (const int side : {0, 1})
           if (const std::ptrdiff_t j = blocks.neighbour(i, a, side); j >= 0) renew(std::size_t(j));
     }
-  set_films(filling.mean, kinds, cells, blocks);
+  set_films(averages, kinds, cells, blocks);
 }
 
 template void find_surface(const FaceField<2, float>&, const std::vector<float>&, double, LiquidCells<2>&, const ActiveBlocks<2>&);

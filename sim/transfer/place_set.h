@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "base/parallel.h"
@@ -18,6 +19,15 @@ using PlaceBits = std::uint64_t;
 template <class Body>
 void for_places(PlaceBits bits, const Body& body) {
   for (; bits != 0; bits &= bits - 1) body(std::size_t(std::countr_zero(bits)));
+}
+
+/// 1 or 0 for each of `count` places, a multiple of eight.
+inline void write_flags(PlaceBits bits, std::size_t count, std::uint8_t* flags) {
+  for (std::size_t k = 0; k < count; k += 8) {   // eight bytes at a time: byte n keeps bit n of a copy of all eight, and becomes 1 if it is not 0
+    const PlaceBits own = ((bits >> k & 0xff) * 0x0101010101010101u) & 0x8040201008040201u;
+    const PlaceBits ones = (own + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+    std::memcpy(flags + k, &ones, 8);
+  }
 }
 
 /// Holds places alone, no bits of a cut block that are none.
@@ -37,6 +47,24 @@ class PlaceSet {
       for (std::size_t slot = begin; slot < end; ++slot) {
         PlaceBits own = 0;
         for (std::size_t k = 0; k < std::size_t(kCells); ++k) own |= PlaceBits(is_in(slot * std::size_t(kCells) + k)) << k;
+        bits_[slot] = own & places(blocks, slot);
+      }
+    });
+  }
+  /// The places where a field of small numbers, below 4, has `value`.
+  template <class Byte>
+  PlaceSet(const ActiveBlocks<D>& blocks, const std::vector<Byte>& field, Byte value) : PlaceSet(blocks) {
+    static_assert(sizeof(Byte) == 1);
+    constexpr PlaceBits kOnes = 0x0101010101010101u;
+    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t slot = begin; slot < end; ++slot) {
+        PlaceBits own = 0;
+        for (std::size_t k = 0; k < std::size_t(kCells); k += 8) {   // eight bytes at a time, whose lowest bits a product gathers in its highest byte
+          PlaceBits bytes;
+          std::memcpy(&bytes, &field[slot * std::size_t(kCells) + k], 8);
+          bytes ^= kOnes * PlaceBits(value);
+          own |= ((~(bytes | bytes >> 1) & kOnes) * 0x0102040810204080u >> 56) << k;
+        }
         bits_[slot] = own & places(blocks, slot);
       }
     });
