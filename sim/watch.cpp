@@ -221,6 +221,10 @@ Watch::Memory Watch::checked(const Memory& before, const Totals& t) const {
     throw with_culprit(violated("coefficients", fmt::format("one of {:.4g} m/s, where all energy together makes {:.4g} m/s", t.largest_coefficient,
                                                             fastest), "carry \"hybrid\", or fewer modes"),
                        Suspect::largest_coefficient, 0);
+  // All of a body pressed to a point has no stress left, and what it stores of energy stays for ever where it is.
+  if (t.least_volume && std::max(std::abs(*t.least_volume), std::abs(*t.most_volume)) < kLeastVolume)
+    throw Unstable(std::int64_t(frame), violated("volume", fmt::format("every particle is pressed to less than {:.4g} of its volume", kLeastVolume),
+                                   "stiffer material, or slower impacts"));
   if (t.least_volume && !(std::abs(*t.least_volume) <= kLargestVolume && std::abs(*t.most_volume) <= kLargestVolume))
     throw with_culprit(violated("volume", fmt::format("volume ratios from {:.4g} to {:.4g}", *t.least_volume, *t.most_volume), kShorterSteps),
                        Suspect::most_deformed, 0);

@@ -30,6 +30,8 @@ class Watch {
   static constexpr double kLargestCoefficient = 1e5;
   /// No volume ratio J is beyond these.
   static constexpr double kLargestVolume = 1e6;
+  /// Nor are all of them below this.
+  static constexpr double kLeastVolume = 1e-5;
 
   /// Of the scene's simulation; throws as make_simulation does.
   Watch(const Scene& scene, double fps) : Watch(scene, fps, make_simulation(scene, fps)) {}

@@ -95,6 +95,42 @@ TEST(Furnace, KeepsWaterOnTheGroundWhite) {
   EXPECT_NEAR(mean_color(image).mean(), 1, 1e-3);
 }
 
+// Its lower side lies in the ground's plane, of a ball at one point: no ray that goes between the two may start behind either.
+TEST(Furnace, KeepsWhatStandsOnTheGroundWhite) {
+  const render::Look glass{.model = "dielectric", .ior = 1.5}, frosted{.model = "dielectric", .roughness = 0.3, .ior = 1.5},
+      wax{.model = "translucent", .color = Vec3::Ones(), .depth = 0.1};
+  sim::Shape box, ball;
+  box.box = base::Box{Vec3(-0.4, -0.4, 0), Vec3(0.4, 0.4, 0.3)};
+  ball.sphere = sim::Shape::Sphere{Vec3(0, 0, 0.25), 0.25};
+  for (const render::Look& look : {glass, frosted, wax})
+    for (const sim::Shape& shape : {box, ball}) {
+      render::Setting setting = empty_setting();
+      set_white(setting);
+      setting.looks["thing"] = look;
+      setting.camera.fov = 12;
+      setting.options.spp = look.model == "translucent" ? 64 : 16;
+      setting.colliders.resize(1);
+      setting.colliders[0].look = "thing";
+      setting.colliders[0].shape = shape;
+      EXPECT_NEAR(mean_color(traced(setting, surface::Mesh{})).mean(), 1, 0.015) << look.model << look.roughness << (shape.box ? " box" : " ball");
+    }
+}
+
+// Smooth boundaries end no path: its weight gets to 0 in what absorbs, and then it comes into what scatters.
+TEST(Furnace, HasNumbersForInkInMilk) {
+  render::Setting setting = empty_setting();
+  set_white(setting);
+  setting.options.spp = 64;
+  setting.looks["water"] = {.model = "dielectric", .ior = 1.33, .scattering = Vec3::Constant(20)};
+  setting.looks["ink"] = {.model = "dielectric", .ior = 1.5, .absorption = Vec3::Constant(300)};
+  setting.colliders.resize(1);
+  setting.colliders[0].look = "ink";
+  setting.colliders[0].shape.sphere = sim::Shape::Sphere{Vec3(0, 0, 0.3), 0.28};
+  const double mean = mean_color(traced(setting, box_mesh({Vec3(-0.6, -0.6, -0.05), Vec3(0.6, 0.6, 0.4)}))).mean();
+  EXPECT_GT(mean, 0.3);
+  EXPECT_LT(mean, 1);
+}
+
 // Total reflection between two media must not depend on which was met first: glass under water under sky.
 TEST(Furnace, KeepsGlassInWaterWhite) {
   render::Setting setting = empty_setting();

@@ -71,6 +71,27 @@ TEST(Environment, DrawsDirectionsAsItsDensitySays) {
   EXPECT_LT((drawn - even).norm(), 0.01 * even.norm()) << drawn.transpose() << " against " << even.transpose();
 }
 
+// Beside a pole a picture's row is narrower than what a cosine tells apart.
+TEST(Environment, DrawsThePolesOfALargePicture) {
+  constexpr int kWidth = 64, kHeight = 4096, kSamples = 1 << 16;
+  std::vector<Vec3f> pixels(std::size_t(kWidth) * kHeight, Vec3f::Zero());
+  std::fill_n(pixels.begin(), kWidth, Vec3f::Ones());
+  std::fill_n(pixels.end() - kWidth, kWidth, Vec3f::Ones());
+  const trace::Environment environment(kWidth, kHeight, pixels, 0);
+  const render::sampling::Sequence sequence(kSamples, 1);
+  const render::sampling::PixelSampler points(sequence, 0, 0);
+  double drawn = 0;
+  for (std::uint32_t i = 0; i < kSamples; ++i) {
+    const trace::LightSample s = environment.sample(Vec3f::Zero(), points.point(i, 1));
+    ASSERT_GT(s.density, 0);
+    drawn += static_cast<double>(s.radiance.x() / s.density) / kSamples;
+  }
+  // Linear between the middles of rows, a half beyond: 1 up to half a row, then down to 0 at one and a half.
+  const double row = std::numbers::pi / kHeight;
+  const double caps = 2 * 2 * std::numbers::pi * row * row * (0.125 + 0.5 * 0.5 + 1.0 / 6);
+  EXPECT_NEAR(drawn / caps, 1, 0.02);
+}
+
 TEST(Environment, IsSeenWhereItsPictureSays) {
   std::vector<Vec3f> pixels(8 * 4, Vec3f::Zero());
   pixels[1 * 8 + 3] = pixels[1 * 8 + 4] = Vec3f::Ones();  // above the horizon, in the middle

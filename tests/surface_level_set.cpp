@@ -141,6 +141,38 @@ TEST(LevelSet, WhatIsDryTouchesAWallAndDoesNotClingToIt) {
   EXPECT_EQ(foot({true}, false), foot({}, false)) << "a side that is no wall is nothing to touch";
 }
 
+// Beyond a periodic side lies what is at the other one, and no mirror image: a slope goes on, and so does a ball that the sides cut.
+TEST(LevelSet, GoesOnAcrossAPeriodicSide) {
+  surface::Room periodic = room();
+  periodic.walls[0] = {false, false};
+  periodic.periodic[0] = true;
+  const double length = periodic.domain.size()[0];
+  const auto height = [&](double x) { return 0.35 + 0.06 * std::sin(2 * M_PI * x / length); };
+  const surface::Mesh wave = mesh_of(fill([&](const Vec3& x) { return x[2] < height(x[0]); }), {}, periodic);
+  const auto mean_error = [&](double from, double to) {   // [voxels] of a slope of a half
+    double sum = 0;
+    int count = 0;
+    for (const Vec3f& x : wave.position)
+      if (x[0] >= from && x[0] <= to && x[1] > 0.1f && x[1] < 0.5f && x[2] > 0.2f) sum += double(x[2]) - height(double(x[0])), ++count;
+    EXPECT_GT(count, 60);
+    return sum / count / kVoxel;
+  };
+  EXPECT_NEAR(mean_error(0.5 * kVoxel, 2.5 * kVoxel), 0, 0.2);
+  EXPECT_NEAR(mean_error(length - 2.5 * kVoxel, length - 0.5 * kVoxel), 0, 0.2);
+
+  const double radius = 0.12, off = 0.05, cut = std::sqrt(radius * radius - off * off);
+  const auto from_ball = [&](const Vec3& x) { return (Vec3(x[0] > length / 2 ? x[0] - length : x[0], x[1], x[2]) - Vec3(off, 0.3, 0.3)).norm(); };
+  const surface::Mesh ball_mesh = mesh_of(fill([&](const Vec3& x) { return from_ball(x) < radius; }), {}, periodic);
+  double lower = 0, upper = 0;   // [m] radii of the cuts
+  for (const Vec3f& x : ball_mesh.position) {
+    const double from_axis = std::hypot(double(x[1]) - 0.3, double(x[2]) - 0.3);
+    if (double(x[0]) < kVoxel) lower = std::max(lower, from_axis);
+    if (double(x[0]) > length - kVoxel) upper = std::max(upper, from_axis);
+  }
+  EXPECT_NEAR(lower, cut, 1.2 * kVoxel);
+  EXPECT_NEAR(upper, cut, 1.2 * kVoxel);
+}
+
 TEST(LevelSet, VelocityOfUniformFlowIsTheParticles) {
   surface::Room open = room();
   open.walls = {};

@@ -100,8 +100,10 @@ double PictureMaker::surface(std::int64_t frame) {
   Folder::make_room_for(file);
   const sim::Options& o = shot_.scene.options;
   surface::Room room{o.domain, o.cell};
-  for (std::size_t a = 0; a < 3; ++a)
-    for (std::size_t side = 0; side < 2; ++side) room.walls[a][side] = o.boundary[a][side] != sim::Side::periodic && o.boundary[a][side] != sim::Side::open;
+  for (std::size_t a = 0; a < 3; ++a) {
+    room.periodic[a] = o.periodic(int(a));
+    for (std::size_t side = 0; side < 2; ++side) room.walls[a][side] = !room.periodic[a] && o.boundary[a][side] != sim::Side::open;
+  }
   const render::Setting setting = setting_at(frame);
   for (const sim::Collider& collider : setting.colliders) {
     if (collider.shape.mesh) collider.shape.mesh->distances->prepare();

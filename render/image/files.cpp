@@ -107,7 +107,7 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
 
 /// Number of values of a flat image that is small enough to be read.
 std::size_t checked_values(const std::filesystem::path& path, const OIIO::ImageSpec& spec) {
-  constexpr std::uint64_t kMost = std::uint64_t(1) << 29;   // 2 GiB as floats
+  constexpr std::uint64_t kMost = std::uint64_t(18) << 28;   // as many as a picture of 16384 x 16384 with all channels has
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) base::throw_input(path.string(), "not a flat image");
   const auto pixels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   if (pixels > kMost / static_cast<std::uint64_t>(spec.nchannels))

@@ -65,7 +65,7 @@ const Vec3f& Environment::pixel(int x, int y) const {
 Environment::Place Environment::place(const Vec3f& d) const {
   float u = 0.5f + std::atan2(d.x(), d.y()) / (2 * kPi) - rotation_;
   u -= std::floor(u);
-  return {std::min(u, kBelowOne), std::clamp(std::acos(std::clamp(d.z(), -1.0f, 1.0f)) / kPi, 0.0f, kBelowOne)};
+  return {std::min(u, kBelowOne), std::clamp(std::atan2(std::hypot(d.x(), d.y()), d.z()) / kPi, 0.0f, kBelowOne)};   // near the poles a cosine says nothing
 }
 
 Vec3f Environment::radiance(const Vec3f& direction) const {
@@ -85,7 +85,7 @@ float Environment::pixel_share(int x, int y) const {
 float Environment::density(const Vec3f& direction) const {
   const Place at = place(direction);
   const float share = pixel_share(static_cast<int>(at.u * static_cast<float>(width_)), static_cast<int>(at.v * static_cast<float>(height_)));
-  const float sine = std::sqrt(std::max(1e-12f, 1 - direction.z() * direction.z()));
+  const float sine = std::max(1e-6f, std::hypot(direction.x(), direction.y()));
   return share * static_cast<float>(width_) * static_cast<float>(height_) / (2 * kPi * kPi * sine);
 }
 

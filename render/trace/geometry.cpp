@@ -142,11 +142,13 @@ std::vector<CornerNormals> corner_normals(const surface::Mesh& mesh) {
   return normals;
 }
 
-/// At the corners of a triangle: the mean normal of those around a corner that meet at no more than kCrease there.
+/// At the corners of a triangle: the mean normal of those around a corner that meet at no more than kCrease there; its own where they are more than
+/// kMostAround, as around the middle of a fan.
 using FacetNormals = std::array<Vec3f, 3>;
 
 std::vector<FacetNormals> corner_normals(const files::Triangles& mesh) {
   constexpr float kCrease = 0.8660254f;   // the cosine of 30 degrees
+  constexpr std::size_t kMostAround = 256;
   std::vector<std::uint32_t> corners(3 * mesh.triangles.size());   // by place: files write one for every triangle, or one for all
   std::iota(corners.begin(), corners.end(), 0u);
   const auto place = [&](std::uint32_t corner) -> const Vec3f& { return mesh.position[mesh.triangles[corner / 3][corner % 3]]; };
@@ -162,8 +164,8 @@ std::vector<FacetNormals> corner_normals(const files::Triangles& mesh) {
     while (end < corners.size() && place(corners[end]) == place(corners[begin])) ++end;
     for (std::size_t k = begin; k < end; ++k) {
       const Vec3f& own = areas[corners[k] / 3];
-      Vec3f sum = Vec3f::Zero();
-      for (std::size_t other = begin; other < end; ++other)
+      Vec3f sum = end - begin > kMostAround ? own : Vec3f::Zero();
+      for (std::size_t other = begin; other < end && end - begin <= kMostAround; ++other)
         if (const Vec3f& area = areas[corners[other] / 3]; own.dot(area) >= kCrease * own.norm() * area.norm()) sum += area;
       normals[corners[k] / 3][corners[k] % 3] = sum.normalized();
     }

@@ -68,12 +68,17 @@ bool Integrator::step(Path& path, Work& work) const {
     work.sum += ray.direction;
     return false;
   }
-  if (++path.flights > kFlights) return false;
+  if (++path.flights > kFlights || (path.weight.array() <= 0).all()) return false;
   const Ground::Met ground = scene_.ground.meet(ray);
   Hit hit;
   const bool found = geometry_.intersect(ray, ground.t, path.surfaces == 0, hit);
   const float t = found ? hit.t : ground.t;
   add_lights(path, t, work);
+  if (t == kFar && path.media.inside != 0) {   // what is closed lets nobody out unseen: the path has slipped by an edge
+    path.weight /= path.compression;
+    path.compression = 1;
+    path.media = {};
+  }
   const Material* medium = scene_.medium(path.media);
   const bool murky = medium && !medium->clear();
   if (murky && flies_through(path, *medium, t, work)) return path.weight.maxCoeff() > 0;

@@ -229,6 +229,8 @@ Scene make_scene(const Setting& setting) {
   scene.bounces = static_cast<int>(setting.options.bounces);
   scene.caustics = setting.options.caustics == "path" ? Caustics::path : setting.options.caustics == "none" ? Caustics::none : Caustics::straight;
   scene.least_offset = 3.5e-5f * reach + 1e-6f * middle.cwiseAbs().maxCoeff();   // the latter for the rounding of places far from 0
+  // What stands on the floor reaches below the ground that is seen: a ray that leaves its lower side would start behind the ground.
+  scene.ground.z += 4 * scene.least_offset;
   part_shared_planes(scene, setting.colliders.size());
   return scene;
 }

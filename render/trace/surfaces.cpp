@@ -131,7 +131,10 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
   const bool entering = path.ray.direction.dot(hit.geometric) < 0;
   const Boundary between = boundary(path.media, scene_.rank[static_cast<std::size_t>(hit.surface)], entering);
   const Vec3f geometric = entering ? hit.geometric : Vec3f(-hit.geometric);
-  const float eta = scene_.ior(between.after) / scene_.ior(between.before);
+  const float here = scene_.ior(between.before), eta = scene_.ior(between.after) / here;
+  // A ray that starts beyond a boundary, in a gap narrower than its offset, has passed it without knowing.
+  constexpr float kRounding = 1e-3f;
+  if (const float change = 1 / (here * here * path.compression); std::abs(change - 1) > kRounding) path.weight *= change, path.compression *= change;
   if (!between.real() || eta == 1) {
     if (path.is_straight()) work.first = {};  // nothing is to be seen of it
     path.flown += hit.t;

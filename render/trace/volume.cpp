@@ -43,7 +43,8 @@ constexpr float kLeastExtinction = 1e-30f;   // [1/m]
 bool Integrator::flies_through(Path& path, const Material& medium, float t, Work& work) const {
   const sampling::Point u = work.points.point(work.sample, path.dimension++);
   const Eigen::Array3f extinction = medium.absorption + medium.scattering, share = path.weight.array() / path.weight.sum();
-  const int color = u.x < share[0] ? 0 : u.x < share[0] + share[1] ? 1 : 2;
+  int color = u.x < share[0] ? 0 : u.x < share[0] + share[1] ? 1 : 2;
+  if (share[color] == 0) share.maxCoeff(&color);   // shares add up to 1 but for rounding
   const float length = -std::log(1 - u.y) / extinction[color];
   if (!(length < t)) {
     if (t == kFar) return false;

@@ -42,6 +42,29 @@ struct LogStretch {
   }
 };
 
+/// What keeps a volume from vanishing, for laws whose own energy stays finite there: energy k/2 log(J / kSqueezed)^2 where J is below kSqueezed, k being
+/// the bulk modulus. F changes by factors, so that a body pressed to a point would stay one: no stress of a finite energy pushes it back. Below
+/// kLeastVolume energy and stress stay what they are there. No stress where J is not above 0: what was turned inside out has the law's own way back.
+template <class T>
+class Squeeze {
+ public:
+  static constexpr double kSqueezed = 0.3, kLeastVolume = 1e-6;
+
+  /// j = J - 1
+  Squeeze(const Lame& lame, T j) : bulk_(constant<T>(lame.lambda + 2.0 / 3 * lame.mu)), volume_(j + T(1)) {
+    const T log = log_of_one_plus(larger(volume_, constant<T>(kLeastVolume)) * constant<T>(1 / kSqueezed) - T(1));
+    log_ = select(volume_ < constant<T>(kSqueezed), log, T(0));
+  }
+  T energy() const { return constant<T>(0.5) * bulk_ * (log_ * log_); }
+  /// Of every axis.
+  T kirchhoff() const { return select(T(0) < volume_, bulk_ * log_, T(0)); }
+  /// J^2 d2Psi/dJ2
+  T stiffness() const { return select(T(0) < volume_, select(log_ < T(0), bulk_ * (T(1) - log_), T(0)), T(0)); }
+
+ private:
+  T bulk_, volume_, log_;
+};
+
 template <class T, int D>
 T sum(const Principal<T, D>& p) {
   T s = p[0] + p[1];

@@ -1,7 +1,8 @@
 #pragma once
 // Stable neo-Hookean elasticity [Smith18]: Psi = mu/2 (I_C - 3) + lambda/2 (J - a)^2 - mu/2 log(I_C + 1), a = 1 + 3/4 mu/lambda, with
 // the constants that make it Hooke's law at small strain: mu = 4/3 mu_Lame, lambda = lambda_Lame + 5/6 mu_Lame. Smooth through
-// inversion, no decomposition of F. In two dimensions I_C = |F|^2 + 1 (plane strain).
+// inversion, no decomposition of F; and what is pressed to less than a third resists as Squeeze has it. In two dimensions I_C = |F|^2 + 1 (plane
+// strain).
 #include <string_view>
 
 #include "sim/solid/laws.h"
@@ -19,7 +20,8 @@ struct NeoHookean {
   template <class T, int D>
   T energy(const Matrix<T, D>& g) const {
     const T i = stretch_excess(g), j = volume_change(g);
-    return constant<T>(mu() / 2) * (i - log_of_one_plus(i * T(0.25))) + j * (constant<T>(lambda() / 2) * j - constant<T>(0.75 * mu()));
+    return constant<T>(mu() / 2) * (i - log_of_one_plus(i * T(0.25))) + j * (constant<T>(lambda() / 2) * j - constant<T>(0.75 * mu())) +
+           Squeeze<T>(lame, j).energy();
   }
   /// tau = mu (1 - 1/(I_C + 1)) F F^T + (lambda (J - 1) - 3/4 mu) J I, with what cancels at rest taken out by hand.
   template <class T, int D>
@@ -29,7 +31,7 @@ struct NeoHookean {
     const T share = constant<T>(mu()) * (T(0.75) + bend);
     for (auto& row : tau.m)
       for (T& x : row) x *= share;
-    const T diagonal = constant<T>(mu()) * bend + (constant<T>(lambda()) * j * (j + T(1)) - constant<T>(0.75 * mu()) * j);
+    const T diagonal = constant<T>(mu()) * bend + (constant<T>(lambda()) * j * (j + T(1)) - constant<T>(0.75 * mu()) * j) + Squeeze<T>(lame, j).kirchhoff();
     for (int a = 0; a < D; ++a) tau(a, a) += diagonal;
     return tau;
   }
@@ -46,7 +48,7 @@ struct NeoHookean {
     }
     const T ic = stretch_excess(g) + T(3), one_more = ic + T(1), j = volume_change(g) + T(1);
     const T factor = (ic + T(2) * ic / one_more) / one_more;
-    return constant<T>(mu()) * (factor * (T(1) + rows)) + constant<T>(lambda()) * (j * j);
+    return constant<T>(mu()) * (factor * (T(1) + rows)) + constant<T>(lambda()) * (j * j) + Squeeze<T>(lame, j - T(1)).stiffness();
   }
 };
 

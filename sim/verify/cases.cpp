@@ -21,10 +21,8 @@ std::vector<CaseNotBuilt> cases_not_built() {
           {"implicit_force_is_the_energys_derivative", "an implicit integrator", "case 14"},
           {"density_ratio_1000", "two liquids of different density", "case 18"},
           {"viscosity_ratio_1e5", "viscosity", "case 18"},
-          {"mesh_colliders", "colliders made from meshes", "case 17"},
           {"moving_colliders_and_solids", "colliders that move among solids", "case 17"},
-          {"not_finite_level_set", "level sets as input", "case 7"},
-          {"long_pour", "sources", "case 6"}};
+          {"not_finite_level_set", "level sets as input", "case 7"}};
 }
 
 }  // namespace sim

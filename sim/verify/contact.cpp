@@ -26,8 +26,8 @@ std::int64_t count(const Frame& frame, const Is& is) {
 }
 
 /// A column of it flies at a wall that reaches across the whole domain.
-VerifyCase thin_wall(int dimension, const Scheme& scheme, bool is_solid, double cells, double speed) {
-  VerifyCase c = contact_case("thin_wall/" + say("%g_cells", cells), dimension, scheme, is_solid);
+VerifyCase thin_wall(int dimension, const Scheme& scheme, bool is_solid, double cells, double speed, bool is_mesh = false) {
+  VerifyCase c = contact_case((is_mesh ? "mesh_wall/" : "thin_wall/") + say("%g_cells", cells), dimension, scheme, is_solid);
   c.expect = say("hit at %g m/s, %g cells a frame: particles beyond the wall or in it", speed, speed / 24 / 0.05);
   c.tolerance = 0;
   c.run = [=] {
@@ -38,8 +38,10 @@ VerifyCase thin_wall(int dimension, const Scheme& scheme, bool is_solid, double 
     if (is_solid) scene.options.cfl = 0.4, scene.bodies = {block({0.2, 0.1, dimension == 3 ? 0.1 : 0}, {0.4, 0.3, dimension == 3 ? 0.3 : 0}, kJelly)};
     else scene.bodies[0].shape.box = base::Box{{0.2, 0.1, dimension == 3 ? 0.1 : 0}, {0.4, 0.3, dimension == 3 ? 0.3 : 0}};
     scene.bodies[0].velocity = {speed, 0, 0};
-    scene.colliders = {box_collider("wall", {at, -1, dimension == 3 ? -1.0 : 0}, {at + cells * h, 2, dimension == 3 ? 2.0 : z})};
+    scene.colliders = {is_mesh ? mesh_collider("wall", {at, -1, -1}, {at + cells * h, 2, 2})
+                               : box_collider("wall", {at, -1, dimension == 3 ? -1.0 : 0}, {at + cells * h, 2, dimension == 3 ? 2.0 : z})};
     scene.colliders[0].meets_solids = is_solid;
+    measure_meshes(scene);
     std::int64_t through = 0, reached = 0;
     const Course course = follow(scene, {.fps = 24, .frames = 12, .see = [&](const Simulation& s) {
       through = std::max(through, count(s.frame(), [&](const base::Vec3& x) { return x.x() > at + 1e-3 * h; }));
@@ -206,6 +208,9 @@ void add_contact_cases(std::vector<VerifyCase>& all) {
   all.push_back(thin_wall(3, full, false, 0.5, 40));
   all.push_back(thin_wall(3, reflected, false, 1, 20));
   all.push_back(thin_wall(3, rough, true, 0.5, 20));
+  all.push_back(thin_wall(3, linear, false, 2, 20, true));
+  all.push_back(thin_wall(3, full, false, 0.5, 20, true));
+  all.push_back(thin_wall(3, rough, true, 2, 20, true));
   all.push_back(closing(2, linear));
   all.push_back(closing(3, reflected));
   all.push_back(overlapping(2, full, false));

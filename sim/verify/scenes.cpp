@@ -1,5 +1,8 @@
 #include "sim/verify/scenes.h"
 
+#include <memory>
+#include <vector>
+
 #include "sim/transfer/modes.h"
 
 namespace sim::verify {
@@ -69,6 +72,18 @@ Collider box_collider(const std::string& name, const base::Vec3& lower, const ba
   c.name = name;
   c.shape.box = base::Box{lower, upper};
   c.velocity = velocity;
+  return c;
+}
+
+Collider mesh_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper) {
+  std::vector<base::Vec3f> corners;
+  for (int k = 0; k < 8; ++k) corners.emplace_back(base::Vec3(k & 1 ? upper.x() : lower.x(), k & 2 ? upper.y() : lower.y(), k & 4 ? upper.z() : lower.z()).cast<float>());
+  const std::vector<ClosedMesh::Triangle> triangles{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                                                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  Collider c;
+  c.name = name;
+  c.shape.mesh = Shape::Mesh{};
+  c.shape.mesh->solid = std::make_shared<const ClosedMesh>(corners, triangles, 1, base::Vec3::Zero());
   return c;
 }
 

@@ -18,6 +18,8 @@ Body block(const base::Vec3& lower, const base::Vec3& upper, const Material&);
 Scene tank(int dimension, double cell, const base::Vec3& lower, const base::Vec3& upper);
 void add_gravity(Scene&, double acceleration = 9.81);
 Collider box_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper, const base::Vec3& velocity = base::Vec3::Zero());
+/// The same as a closed mesh of twelve triangles; measure_meshes is for the scene that it is in.
+Collider mesh_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper);
 
 /// What a case pairs with others. `modes` 0: the transfer's own, of PolyPIC all that the kernel has.
 struct Scheme {

@@ -101,6 +101,7 @@ VerifyCase impact(int dimension, const Scheme& scheme) {
                                                                     course.largest_energy(), static_cast<long long>(shortened)));
     if (shortened == 0) found.broken.push_back("no step was cut");
     if (course.end().kinetic_energy > 0.9 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
+    if (!(course.end().most_volume.value_or(0) > 0.5)) found.broken.push_back("they stay pressed to nothing");
     return found;
   };
   return c;

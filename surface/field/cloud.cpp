@@ -56,7 +56,8 @@ struct Place {
 };
 
 /// `at` [voxels, m/s], unless it is further than `reach` outside the domain, and its images: beyond walls that are nearer than `near`, and other sides
-/// that are nearer than `reach`. Behind a wall what leads into it is turned round, so that at the wall the mean is along it.
+/// that are nearer than `reach`. Behind a wall what leads into it is turned round, so that at the wall the mean is along it. Beyond a periodic side lie
+/// copies of what is at the other one.
 void add_images(const Place& at, const Room& room, const Vec3& size, float reach, float near, Copies& copies) {
   const Vec3& x = at.position;
   if ((x.array() < -double(reach)).any() || (x.array() > size.array() + double(reach)).any()) return;
@@ -66,6 +67,12 @@ void add_images(const Place& at, const Room& room, const Vec3& size, float reach
     image[a][0] = x[a], image[a][1] = -x[a], image[a][2] = 2 * size[a] - x[a];
     has[a][0] = true;
     velocity[a][0] = at.velocity[a];
+    if (room.periodic[std::size_t(a)]) {
+      image[a][1] = x[a] - size[a], image[a][2] = x[a] + size[a];
+      has[a][1] = image[a][1] > -double(reach), has[a][2] = image[a][2] < size[a] + double(reach);
+      velocity[a][1] = velocity[a][2] = at.velocity[a];
+      continue;
+    }
     for (int side = 0; side < 2; ++side) {
       const bool wall = room.walls[std::size_t(a)][std::size_t(side)];
       has[a][1 + side] = (side == 0 ? x[a] : size[a] - x[a]) < (wall ? near : reach);
