@@ -50,8 +50,8 @@ void CameraKey::params(base::Params& p) {
 }
 
 void Turntable::params(base::Params& p) {
-  p("revolutions", revolutions, "1", "turns about the target, counter-clockwise seen from above");
-  p("frames", frames, "1", "frames that they take; the film repeats after that", base::above(0));
+  p("revolutions", revolutions, "1", "turns about the target, counter-clockwise seen from above", base::within(-1e6, 1e6));
+  p("frames", frames, "1", "frames that they take; the film repeats after that", base::within(1e-3, 1e9));
 }
 
 void SetPiece::params(base::Params& p) {

@@ -68,7 +68,7 @@ std::span<const ProblemRow> problem_rows() {
        {{"1.3 turns", {"problem.time=2"}}},
        kSpun},
       {"released_square",
-       "an elastic square, pressed together and let go: it swings, and its energy stays [PolyPIC S6]",
+       "an elastic square, pressed together and let go: it swings, and its energy stays [PolyPIC]",
        "energy",
        make_released_square,
        {{"six swings", {}}},

@@ -1,5 +1,6 @@
 #include "sim/violation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,8 +20,8 @@ base::Complaint complaint_of(std::int64_t frame, const Violation& v) {
 Unstable::Unstable(std::int64_t frame, Violation v) : base::Error(complaint_of(frame, v)), frame_(frame), violation_(std::move(v)) {}
 
 void check_p2g(std::int64_t frame, Places places, const MassAndMomentum& grid, const MassAndMomentum& particles, double scale,
-               bool single_precision) {
-  const double rounding = single_precision ? 1e-4 : 1e-9;   // of sums of a million numbers and more
+               bool single_precision, double crowded) {
+  const double rounding = (single_precision ? 1e-4 : 1e-9) * std::max(crowded, 1.0);   // of sums of a million numbers and more
   constexpr const char* kAxes[] = {"x", "y", "z"};
   for (int a = 0; a < 3; ++a) {
     const std::string where = places == Places::nodes ? "nodes" : fmt::format("faces across {}", kAxes[a]);

@@ -40,7 +40,9 @@ struct MassAndMomentum {
 enum class Places { nodes, faces };
 
 /// What P2G must keep: weights sum to 1 and their gradients to 0, so that no mode but the constant has momentum, and no stress moves the whole.
-/// Momentum is compared within the rounding of `scale` [kg m/s]. Throws Unstable "mass", "momentum".
-void check_p2g(std::int64_t frame, Places, const MassAndMomentum& grid, const MassAndMomentum& particles, double scale, bool single_precision);
+/// Momentum is compared within the rounding of `scale` [kg m/s]. What is `crowded`, so many times as dense as it was seeded, has longer sums and more
+/// rounding. Throws Unstable "mass", "momentum".
+void check_p2g(std::int64_t frame, Places, const MassAndMomentum& grid, const MassAndMomentum& particles, double scale, bool single_precision,
+               double crowded = 1);
 
 }  // namespace sim

@@ -118,7 +118,9 @@ void print(const Json& out, const Tolerance& tolerance) {
 bool diff(const Request& request) {
   const Tolerance tolerance{.fail = request.fail, .percent = request.fail_percent};
   const Json out = compare(request.subject, request.other, tolerance, request.out);
-  if (request.json) std::printf("%s\n", out.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  Json document = {{"schema", 1}};
+  document.update(out);
+  if (request.json) std::printf("%s\n", document.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   else print(out, tolerance);
   return out["same"].get<bool>();
 }

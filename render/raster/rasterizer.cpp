@@ -115,6 +115,9 @@ void require_memory(int width, int height) {
   if (driver_has_room) require_address_space(picture);
 }
 
+/// Mesa would keep compiled shaders in the user's cache, and say so where it cannot. Set before there are threads.
+[[maybe_unused]] const int kNoShaderCache = setenv("MESA_SHADER_CACHE_DISABLE", "true", /*overwrite=*/0);
+
 Context make_current(std::vector<std::uint8_t>& pixels, int width, int height) {
   require_memory(width, height);
   constexpr int kWanted[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24, OSMESA_PROFILE, OSMESA_CORE_PROFILE,

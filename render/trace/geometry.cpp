@@ -176,6 +176,9 @@ std::vector<FacetNormals> corner_normals(const files::Triangles& mesh) {
 /// Of a quad's corners in a value at (u, v).
 std::array<float, 4> corner_shares(float u, float v) { return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v}; }
 
+/// Embree ends the program where a ray begins farther off.
+bool is_within_reach(const Ray& ray) { return ray.origin.cwiseAbs().maxCoeff() < 1e18f; }
+
 RTCRay embree_ray(const Ray& ray, float far) {
   return {ray.origin.x(), ray.origin.y(), ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), ray.time, far, ~0u, 0, 0};
 }
@@ -379,7 +382,7 @@ void Geometry::set_bodies(const std::vector<surface::Mesh>& meshes, const Grains
 
 bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) const {
   const Impl& m = *impl_;
-  if (!m.near(ray, far)) return false;
+  if (!m.near(ray, far) || !is_within_reach(ray)) return false;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   if (primary) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -421,7 +424,7 @@ Vec3f Geometry::velocity(const Hit& hit) const {
 }
 
 bool Geometry::straight(const Ray& ray, float far, Crossings& crossings) const {
-  if (!impl_->near(ray, far)) return true;
+  if (!impl_->near(ray, far) || !is_within_reach(ray)) return true;
   Impl::ShadowRay context;
   rtcInitIntersectContext(&context.embree);
   context.crossings = &crossings;

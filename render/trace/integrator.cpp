@@ -64,8 +64,8 @@ void Integrator::guide(Path& path, const Vec3f& albedo, const Vec3f& normal, Wor
 /// One flight and what it meets. False when the path has ended.
 bool Integrator::step(Path& path, Work& work) const {
   const Ray& ray = path.ray;
-  if (!(ray.direction.squaredNorm() < 2)) {  // not a number: Embree must not see it, the pixel's owner must
-    work.sum += ray.direction;
+  if (!(ray.direction.squaredNorm() < 2) || !ray.origin.allFinite()) {  // not a number: Embree must not see it, the pixel's owner must
+    work.sum += ray.direction + 0 * ray.origin;
     return false;
   }
   if (++path.flights > kFlights || (path.weight.array() <= 0).all()) return false;

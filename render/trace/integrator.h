@@ -3,8 +3,9 @@
 //  - Surfaces that scatter (all but smooth mirrors and boundaries) and points of a scattering medium sample each light, and the direction in
 //    which they go on; the two are combined by the power heuristic. The gradient sky is found by the latter alone.
 //  - The first smooth dielectric that the camera sees is followed both ways (reflection and refraction), later ones at random by Fresnel.
-//  - caustics = "straight": shadow rays go straight through dielectrics, tinted. Their light has then been counted, so a light that is
-//    found by mirrors and dielectrics after a surface that scatters is not added again. The sky is always found by refracted rays.
+//  - caustics = "straight": shadow rays go straight through dielectrics, tinted. What comes straight through has then been counted, so a light that
+//    is found by mirrors and dielectrics after a surface that scatters is not added again; by reflection it had not been, and is left out. The
+//    sky is always found by both.
 //  - caustics = "none": shadow rays stop at dielectrics, and that light is left out all the same.
 //  - A path that is still among dielectrics after `bounces` surfaces (a thin sheet leads light like a fibre) ends in the sky, as it
 //    would have: biased, but not black.

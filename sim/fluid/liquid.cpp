@@ -236,7 +236,7 @@ class Liquid final : public Simulation {
     // Particles at rest on a floor turn: what is lost there is nothing beside the speed at which they would fall through a cell.
     const double scale = mass * std::max({particles.speed, std::sqrt(gravity_.norm() * options_.cell), 1e-30});
     check_p2g(frame_ + 1, Places::faces, {particles_.mass * grid.mass, particles_.mass * grid.momentum},
-              {masses, particles_.mass * particles.momentum}, scale, sizeof(Real) == 4);
+              {masses, particles_.mass * particles.momentum}, scale, sizeof(Real) == 4, step_.crowding(particles_.size()));
   }
 
   std::string place_text(const Cell<D>& cell, const Vec<D, double>& place) const {

@@ -75,6 +75,11 @@ class FluidStep {
   const MacTransfer<D, Real>& transfer() const { return transfer_; }
   /// What the last `scatter` left on the faces.
   const FaceSums& scattered_sums() const { return scattered_sums_; }
+  /// So many times as dense as it was seeded these particles are, on the average of the blocks that hold any.
+  double crowding(std::size_t particles) const {
+    const double room = double(ranges_.occupied.size()) * Lattice<D>::kCellsPerBlock * double(options_.particles_per_cell);
+    return room > 0 ? double(particles) / room : 1;
+  }
   const StepCounts& counts() const { return counts_; }
   StepCounts& counts() { return counts_; }   // to go back to what they were
   /// Where the energy went since the counts were cleared; empty unless options say audit.

@@ -110,7 +110,7 @@ spin = [0, 0, 4]
   double time_ = 4;
 };
 
-/// The energy test of [PolyPIC S6]: a square, pressed together by a tenth each way and let go.
+/// The energy test of [PolyPIC]: a square, pressed together by a tenth each way and let go.
 class Released final : public Problem {
  public:
   void params(base::Params& p) override { p("time", time_, "s", "until when; it swings with a period of about 0.04", base::above(0)); }
