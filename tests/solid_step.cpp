@@ -155,6 +155,27 @@ TEST(SolidStep, ABlockOnASlopeFlatterThanItsFrictionStays) {
 }
 
 // Two balls of different stiffness and density meet: momentum is kept to rounding, and they part.
+// What falls comes to rest where it touches, and not where it shares nodes with the floor, a cell above. Particles are middles: of these a quarter of a cell.
+TEST(SolidStep, WhatHasFallenRestsOnTheFloorAndOnColliders) {
+  constexpr double kCell = 0.025;
+  Material rubber = kJelly;
+  rubber.young = 2e5, rubber.poisson = 0.45;
+  for (const bool on_collider : {false, true}) {
+    Scene scene = walled_scene(2, 1, kCell);
+    const double floor = on_collider ? 0.1 + 0.3 * kCell : 0;
+    if (on_collider) scene.colliders = {box_collider({0, -1, 0}, {1, floor, 0})};
+    scene.bodies = {block({0.3, floor + 0.05, 0}, {0.7, floor + 0.25, 0}, rubber)};
+    scene.effects = {{"gravity", {0, -9.81, 0}}};
+    set_transfer(scene.options, "apic");
+    const auto simulation = make_simulation(scene, 24);
+    run(*simulation, 30);
+    double lowest = 1;
+    for (const auto& x : simulation->frame().position) lowest = std::min(lowest, double(x.y()) - floor);
+    EXPECT_LT(lowest, 0.35 * kCell) << on_collider;
+    EXPECT_GT(lowest, 0.05 * kCell) << on_collider;
+  }
+}
+
 TEST(SolidStep, CollidingBodiesKeepMomentum) {
   for (const char* transfer : {"apic", "polypic", "flip", "flip and apic"}) {
     Scene scene = open_scene(2, 3, 0.025);

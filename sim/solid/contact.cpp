@@ -12,6 +12,8 @@ namespace {
 constexpr double kOnFace = 1e-6;
 /// [cells] Deeper than a node lies that a particle reaches.
 constexpr double kFarWay = 3;
+/// [spacings of particles] Nearer than that to a solid a particle touches it. What sticks is held by all of the layer of particles that was seeded at it.
+constexpr double reach_of(const Rubbing& solid) { return solid.contact == Contact::sticky ? 1 : 0.6; }
 
 /// One of the contacts of a node, and what it has done to its velocity [m/s] so far.
 template <int D, class Real>
@@ -50,7 +52,8 @@ Vec<D, Real> after_contacts(std::vector<Met<D, Real>>& met, Vec<D, Real> velocit
 }  // namespace
 
 template <int D>
-NodeContacts<D>::NodeContacts(const Scene& scene) : cell_(scene.options.cell), origin_(scene.options.domain.lower) {
+NodeContacts<D>::NodeContacts(const Scene& scene)
+    : cell_(scene.options.cell), spacing_(std::pow(double(scene.options.particles_per_cell), -1.0 / D)), origin_(scene.options.domain.lower) {
   const Options& o = scene.options;
   const auto contact_of = [](sim::Side side) {
     return side == sim::Side::sticky ? Contact::sticky : side == sim::Side::slip ? Contact::slip : Contact::separating;
@@ -99,8 +102,31 @@ base::Vec3 NodeContacts<D>::normal(const std::vector<const Body*>& near, std::si
 }
 
 template <int D>
+bool NodeContacts<D>::is_near(const Cell<D>& block) const {
+  constexpr int edge = Lattice<D>::kBlock;
+  for (const Side& side : sides_)
+    if (side.has(block[side.axis] * edge + (side.upper ? edge + 1 : -1))) return true;
+  base::Vec3 middle = origin_;
+  for (int a = 0; a < D; ++a) middle[a] += cell_ * (block[a] * edge + edge / 2.0);
+  const double reach = cell_ * (edge / 2.0 + 1) * std::sqrt(double(D));
+  return std::any_of(bodies_.begin(), bodies_.end(), [&](const Body& body) { return body.shape.distance(middle) <= reach; });
+}
+
+template <int D>
+bool NodeContacts<D>::touches(const Site<D, double>& at) const {
+  for (const Side& side : sides_) {
+    const double far = at.cell[side.axis] - side.node + at.offset[side.axis];
+    if ((side.upper ? -far : far) < reach_of(side.rubbing) * spacing_) return true;
+  }
+  base::Vec3 place = origin_;
+  for (int a = 0; a < D; ++a) place[a] += cell_ * (at.cell[a] + at.offset[a]);
+  return std::any_of(bodies_.begin(), bodies_.end(), [&](const Body& body) { return body.shape.distance(place) < reach_of(body.rubbing) * spacing_ * cell_; });
+}
+
+template <int D>
 template <class Real>
-void NodeContacts<D>::apply(const Cell<D>& block, Vec<D, Real>* velocity) const {
+void NodeContacts<D>::apply(const Cell<D>& block, std::uint64_t touched, Vec<D, Real>* velocity) const {
+  if (touched == 0) return;
   constexpr int edge = Lattice<D>::kBlock, count = Lattice<D>::kCellsPerBlock;
   const double reach = cell_ * edge * std::sqrt(double(D)) / 2;   // from the middle of the nodes to the farthest
   base::Vec3 middle = origin_;
@@ -114,6 +140,7 @@ void NodeContacts<D>::apply(const Cell<D>& block, Vec<D, Real>* velocity) const 
   if (near.empty() && sides.empty()) return;
   std::vector<Met<D, Real>> met;
   for (int i = 0; i < count; ++i) {
+    if (!(touched >> i & 1)) continue;
     const Cell<D> node = Lattice<D>::cell_in(block, i);
     base::Vec3 at = origin_, moves = base::Vec3::Zero();
     for (int a = 0; a < D; ++a) at[a] += cell_ * node[a], moves[a] = double(velocity[i][a]);
@@ -130,9 +157,9 @@ void NodeContacts<D>::apply(const Cell<D>& block, Vec<D, Real>* velocity) const 
 
 template class NodeContacts<2>;
 template class NodeContacts<3>;
-template void NodeContacts<2>::apply(const Cell<2>&, Vec<2, float>*) const;
-template void NodeContacts<2>::apply(const Cell<2>&, Vec<2, double>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, Vec<3, float>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, Vec<3, double>*) const;
+template void NodeContacts<2>::apply(const Cell<2>&, std::uint64_t, Vec<2, float>*) const;
+template void NodeContacts<2>::apply(const Cell<2>&, std::uint64_t, Vec<2, double>*) const;
+template void NodeContacts<3>::apply(const Cell<3>&, std::uint64_t, Vec<3, float>*) const;
+template void NodeContacts<3>::apply(const Cell<3>&, std::uint64_t, Vec<3, double>*) const;
 
 }  // namespace sim

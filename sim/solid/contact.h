@@ -1,5 +1,6 @@
 #pragma once
 // What walls and colliders do to the velocity of grid nodes. All stand still.
+#include <cstdint>
 #include <vector>
 
 #include "sim/colliders/solids.h"
@@ -27,15 +28,21 @@ Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, con
 }
 
 /// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it
-/// lies on it or in it. Of a box it meets the nearest face that does not lead into another collider; on an edge, the one that it moves into the least.
+/// lies on it or in it, and when a particle that touches a solid reaches it: one that is nearer to it than six tenths of the spacing of particles, where
+/// what they are the middles of ends, or if it is sticky than all of it. A body that falls would else be stopped by nodes of the floor that it only reaches, a cell above it. Of a box a node
+/// meets the nearest face that does not lead into another collider; on an edge, the one that it moves into the least.
 template <int D>
 class NodeContacts {
  public:
   explicit NodeContacts(const Scene&);
   bool empty() const { return sides_.empty() && bodies_.empty(); }
-  /// Corrects the velocities of the nodes of one block, in place.
+  /// Corrects the velocities of those nodes of one block that something touches a solid by, a bit each, in place.
   template <class Real>
-  void apply(const Cell<D>& block, Vec<D, Real>* velocity) const;
+  void apply(const Cell<D>& block, std::uint64_t touched, Vec<D, Real>* velocity) const;
+  /// Whether anything in a block's cells, or a cell around them, can touch a solid.
+  bool is_near(const Cell<D>& block) const;
+  /// Whether a particle touches a solid.
+  bool touches(const Site<D, double>&) const;
 
  private:
   struct Side {
@@ -52,6 +59,7 @@ class NodeContacts {
   base::Vec3 normal(const std::vector<const Body*>& near, std::size_t k, const base::Vec3& at, const base::Vec3& velocity) const;
 
   double cell_ = 1;
+  double spacing_ = 1;   // [cells] of particles as seeded
   base::Vec3 origin_ = base::Vec3::Zero();
   std::vector<Side> sides_;
   std::vector<Body> bodies_;

@@ -43,8 +43,8 @@ struct LogStretch {
 };
 
 /// What keeps a volume from vanishing, for laws whose own energy stays finite there: energy k/2 log(J / kSqueezed)^2 where J is below kSqueezed, k being
-/// the bulk modulus. F changes by factors, so that a body pressed to a point would stay one: no stress of a finite energy pushes it back. Below
-/// kLeastVolume energy and stress stay what they are there. No stress where J is not above 0: what was turned inside out has the law's own way back.
+/// the bulk modulus, and its tangent below kLeastVolume. F changes by factors, so that a body pressed to a point would stay one: no stress of a finite energy
+/// pushes it back. Constant where J is not above 0: what was turned inside out has the law's own way back.
 template <class T>
 class Squeeze {
  public:
@@ -55,13 +55,16 @@ class Squeeze {
     const T log = log_of_one_plus(larger(volume_, constant<T>(kLeastVolume)) * constant<T>(1 / kSqueezed) - T(1));
     log_ = select(volume_ < constant<T>(kSqueezed), log, T(0));
   }
-  T energy() const { return constant<T>(0.5) * bulk_ * (log_ * log_); }
+  T energy() const { return bulk_ * log_ * (constant<T>(0.5) * log_ + (share() - T(1))); }
   /// Of every axis.
-  T kirchhoff() const { return select(T(0) < volume_, bulk_ * log_, T(0)); }
+  T kirchhoff() const { return bulk_ * log_ * share(); }
   /// J^2 d2Psi/dJ2
   T stiffness() const { return select(T(0) < volume_, select(log_ < T(0), bulk_ * (T(1) - log_), T(0)), T(0)); }
 
  private:
+  /// Of kLeastVolume, below it.
+  T share() const { return smaller(larger(volume_, T(0)) * constant<T>(1 / kLeastVolume), T(1)); }
+
   T bulk_, volume_, log_;
 };
 

@@ -60,7 +60,7 @@ class Solid final : public Simulation {
   double advance_step(double left, base::Ledger& ledger) override {
     const double dt = next_step(left);
     step_.scatter(dt, groups_, ledger);
-    step_.update(dt, gravity_, ledger);
+    step_.update(dt, gravity_, groups_, ledger);
     check_grid();
     try {
       hold(step_.gather(dt, keep(dt), groups_, ledger));

@@ -1,6 +1,7 @@
 #include "sim/solid/step.h"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -139,7 +140,30 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
 }
 
 template <int D, class Real>
-void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base::Ledger& ledger) {
+void SolidStep<D, Real>::find_touched(const Groups& groups) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  touched_ = PlaceSet<D>(blocks_);
+  for (const Group<D, Real>& group : groups)
+    base::parallel_chunks(group.ranges.occupied.size(), 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) {
+        if (!contacts_.is_near(blocks_.lattice().block_at(group.ranges.occupied[b]))) continue;
+        for (std::size_t p = group.ranges.begin[b * per_block]; p < group.ranges.begin[(b + 1) * per_block]; ++p) {
+          const Site<D, double> site{group.particles.cell[p], group.particles.offset[p].template cast<double>()};
+          if (!contacts_.touches(site)) continue;
+          Cell<D> first = site.cell;
+          for (int a = 0; a < D; ++a) first[a] += int(site.offset[a] >= 0.5) - 1;
+          for (const std::ptrdiff_t node : blocks_.template places<3>(first)) {
+            if (node < 0) continue;
+            PlaceBits& bits = touched_[std::size_t(node) / per_block];   // others may be at it
+            std::atomic_ref<PlaceBits>(bits).fetch_or(PlaceBits{1} << (std::size_t(node) % per_block), std::memory_order_relaxed);
+          }
+        }
+      }
+    });
+}
+
+template <int D, class Real>
+void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const Groups& groups, base::Ledger& ledger) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   {
     const auto pass = ledger.pass("grid_update", 2 * grid_bytes());
@@ -180,8 +204,9 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, base:
   if (contacts_.empty()) return;
   {
     const auto pass = ledger.pass("collide", grid_bytes());
+    find_touched(groups);
     base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), &grid_.velocity[slot * per_block]);
+      for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), touched_[slot], &grid_.velocity[slot * per_block]);
     });
   }
   audit_update("collide", ledger);

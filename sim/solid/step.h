@@ -2,7 +2,7 @@
 // One explicit step of elastic and plastic bodies (symplectic Euler, material point method [Sulsky94, PolyPIC S5]), pass by pass:
 //
 //   step.scatter(dt, groups, ledger);        sort; P2G of mass, momentum and dt times the force -sum V0 tau grad w
-//   step.update(dt, acceleration, ledger);   v += dt g on nodes; walls and colliders
+//   step.update(dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
 //   step.gather(dt, keep, groups, ledger);   G2P; x += dt c_1; F <- (I + dt sum v grad w^T) F, return map, stress; carry
 //
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
@@ -19,6 +19,7 @@
 #include "sim/solid/contact.h"
 #include "sim/solid/energy.h"
 #include "sim/solid/group.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 
@@ -60,7 +61,7 @@ class SolidStep {
   SolidStep(const Scene& scene, const Solids<D>& solids);
 
   void scatter(double dt, Groups&, base::Ledger&);
-  void update(double dt, const base::Vec3& acceleration, base::Ledger&);
+  void update(double dt, const base::Vec3& acceleration, const Groups&, base::Ledger&);
   /// `keep` [1] is FLIP's. Throws LostParticle for one that is not finite or crossed several cells.
   StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
 
@@ -79,6 +80,8 @@ class SolidStep {
   void clear_counts() { counts_ = {}, audit_.clear(); }
 
  private:
+  /// The nodes that particles which touch a solid reach.
+  void find_touched(const Groups&);
   /// Blocks that hold particles of any group, and where each group's are.
   void merge(const Groups&);
   /// Masses, and momenta with the impulse of stress over dt.
@@ -100,6 +103,7 @@ class SolidStep {
   ActiveBlocks<D> blocks_;
   NodeVelocity<D, Real> grid_;                     // momentum until it is divided
   NodeVelocity<D, Real> before_;                   // the same before forces, of groups with FLIP alone: so their momentum is exact
+  PlaceSet<D> touched_;
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   SolidCounts counts_;

@@ -38,15 +38,18 @@ std::function<void(State&)> start_with(int dimension, Precision precision, const
 
 double elastic(const Totals& t) { return t.elastic_energy.value_or(0); }
 
-/// F of every particle flat, a line, a point or inside out. What is flat stays so, for F <- (I + dt grad v) F; nothing else may come of it.
+/// F of every particle flat, a line, a point or inside out. What is flat stays so, for F <- (I + dt grad v) F; nothing else may come of it, but that it stops
+/// and says so.
 VerifyCase degenerate(const std::string& kind, int dimension, const Scheme& scheme, Elasticity law, const std::vector<double>& diagonal) {
   VerifyCase c = solid_case("degenerate/" + kind + "/" + name_of(law), dimension, scheme);
-  c.expect = "no number that is none; energy at most the tolerance of the start's";
+  c.expect = "no number that is none; energy at most the tolerance of the start's; it may stop and say that every particle is pressed to nothing, or asks for steps that are too short";
   c.tolerance = 1.02;
   c.source = "case 9";
   c.run = [=] {
-    const Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10,
-                                                                          .prepare = start_with(dimension, scheme.precision, diagonal)});
+    Course course = follow(deformed_block(dimension, scheme, law), {.fps = 100, .frames = 10,
+                                                                    .prepare = start_with(dimension, scheme.precision, diagonal)});
+    for (const char* why : {": volume: every particle is pressed", ": step: sound in what is loose"})   // as it may
+      if (course.stopped.find(why) != std::string::npos) course.stopped.clear();
     return report(course, course.largest_energy(), say("largest energy %.4f of the start, elastic energy %.3g of it at the end",
                                                        course.largest_energy(), elastic(course.end()) / course.energy(0)));
   };
