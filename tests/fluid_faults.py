@@ -25,7 +25,7 @@ FAULTS = [
     ("open sides are walls to the pressure", PRESSURE, "|| cells_.open_sides[std::size_t(a)][1]);", "|| (!@ && cells_.open_sides[std::size_t(a)][1]));", ""),
     ("the surface lies on the faces", DISTANCE, "const double t = double(liquid) / (double(liquid) - double(air));",
      "const double t = @ ? 0.5 : double(liquid) / (double(liquid) - double(air));", ""),
-    ("no mirror images beyond walls", SURFACE, "return j >= 0 && cells_.kind[std::size_t(j)] == CellKind::solid; }",
+    ("no mirror images beyond walls", "sim/fluid/face_filling.cpp", "return j >= 0 && cells_.kind[std::size_t(j)] == CellKind::solid; }",
      "return !@ && j >= 0 && cells_.kind[std::size_t(j)] == CellKind::solid; }", ""),
     ("a solid beside the surface counts for nothing", SURFACE, "if (is_solid[std::size_t(image)]) continue;", "if (@ || is_solid[std::size_t(image)]) continue;", ""),
     ("a film's surface where the average is half", SURFACE, "if (thickest >= 0) far =", "if (thickest >= 0 && !@) far =", ""),
