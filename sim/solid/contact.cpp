@@ -65,7 +65,7 @@ NodeContacts<D>::NodeContacts(const Scene& scene)
     sides_.push_back({a, cells, true, {contact_of(o.boundary[std::size_t(a)][1]), o.wall_friction}});
   }
   for (const Collider& collider : scene.colliders)
-    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o, 2 * kOnFace * o.cell))
+    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o, o.cell))   // what is as near as a particle reaches
       bodies_.push_back({shape, {collider.contact, collider.friction}});
 }
 
@@ -108,7 +108,7 @@ bool NodeContacts<D>::is_near(const Cell<D>& block) const {
     if (side.has(block[side.axis] * edge + (side.upper ? edge + 1 : -1))) return true;
   base::Vec3 middle = origin_;
   for (int a = 0; a < D; ++a) middle[a] += cell_ * (block[a] * edge + edge / 2.0);
-  const double reach = cell_ * (edge / 2.0 + 1) * std::sqrt(double(D));
+  const double reach = cell_ * (edge / 2.0 + 1.5) * std::sqrt(double(D));
   return std::any_of(bodies_.begin(), bodies_.end(), [&](const Body& body) { return body.shape.distance(middle) <= reach; });
 }
 

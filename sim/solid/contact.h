@@ -39,7 +39,7 @@ class NodeContacts {
   /// Corrects the velocities of those nodes of one block that something touches a solid by, a bit each, in place.
   template <class Real>
   void apply(const Cell<D>& block, std::uint64_t touched, Vec<D, Real>* velocity) const;
-  /// Whether anything in a block's cells, or a cell around them, can touch a solid.
+  /// Whether anything nearest to a node of a block can touch a solid.
   bool is_near(const Cell<D>& block) const;
   /// Whether a particle touches a solid.
   bool touches(const Site<D, double>&) const;
