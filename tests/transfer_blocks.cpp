@@ -42,7 +42,10 @@ void expect_sets(const ActiveBlocks<D>& blocks) {
   constexpr std::size_t per_block = std::size_t(ActiveBlocks<D>::kCells);
   std::vector<std::uint8_t> kind(blocks.size());   // where there is no place, too
   for (std::size_t i = 0; i < kind.size(); ++i) kind[i] = std::uint8_t(3 * uniform(7, i, 0));
-  const PlaceSet<D> ones(blocks, kind, std::uint8_t{1}), same(blocks, [&](std::size_t i) { return kind[i] == 1; });
+  const PlaceSet<D> ones(blocks, kind, std::uint8_t{1});
+  PlaceSet<D> same(blocks);
+  for (std::size_t i = 0; i < kind.size(); ++i)
+    if (kind[i] == 1 && blocks.is_place(i)) same.insert(i);
   for (std::size_t slot = 0; slot < blocks.count(); ++slot) {
     ASSERT_EQ(ones[slot], same[slot]);
     std::array<std::uint8_t, per_block> flags;

@@ -12,8 +12,6 @@
 namespace sim {
 namespace {
 
-constexpr std::size_t kBlocksAtOnce = 64;
-
 /// Of a block's faces, those that come next after the known ones, and their values.
 template <int D, class Real, class Neighbour>
 PlaceBits fill_layer(std::size_t slot, const PlaceSet<D>& known, const ActiveBlocks<D>& blocks, const Neighbour& neighbour, std::vector<Real>& field) {
@@ -41,12 +39,12 @@ void extrapolate_component(std::vector<Real>& field, const std::vector<std::uint
   PlaceSet<D> known(blocks, valid, std::uint8_t{1}), next(blocks);
   for (int layer = 1; layer <= layers; ++layer) {
     // Reads only faces of earlier layers, writes only faces of this one.
-    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    base::parallel_chunks(blocks.count(), PlaceSet<D>::kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t slot = begin; slot < end; ++slot) next[slot] = known[slot] | fill_layer(slot, known, blocks, neighbour, field);
     });
     std::swap(known, next);
   }
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(blocks.count(), PlaceSet<D>::kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t slot = begin; slot < end; ++slot)
       for_places(PlaceSet<D>::kAll & ~known[slot], [&](std::size_t k) { field[slot * std::size_t(PlaceSet<D>::kCells) + k] = 0; });
   });
@@ -96,7 +94,7 @@ void carry_on_outflow(FaceField<D, Real>& field, const FaceMask<D>& valid, const
   const auto is_air = [&](std::size_t i) { return cells.kind[i] == CellKind::air; };
   const auto is_beside_liquid = [&](std::size_t i) { return cells.distance[i] < 1; };   // of air
   // A face that is written lies between a cell beside liquid and one that is not: only the first writes it, and no other cell beside liquid reads it.
-  base::parallel_chunks(blocks.size(), kBlocksAtOnce * std::size_t(PlaceSet<D>::kCells), [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(blocks.size(), PlaceSet<D>::kBlocksAtOnce * std::size_t(PlaceSet<D>::kCells), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!is_air(i) || !is_beside_liquid(i)) continue;
       std::array<OuterFace<Real>, std::size_t(2 * D)> outer;

@@ -8,8 +8,6 @@
 namespace sim {
 namespace {
 
-constexpr std::size_t kBlocksAtOnce = 64;
-
 /// The part of a cell, which is not solid, that is outside colliders, by its faces. Walls close whole faces and cut no cell.
 template <int D>
 float open_part(std::size_t i, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
@@ -49,7 +47,7 @@ class FreeCells {
       open_[std::size_t(a)] = PlaceSet<D>(blocks);
       for (auto& beside : beside_[std::size_t(a)]) beside = PlaceSet<D>(blocks);
     }
-    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    base::parallel_chunks(blocks.count(), PlaceSet<D>::kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
       for (std::size_t slot = begin; slot < end; ++slot)
         for (int a = 0; a < D; ++a) {
           PlaceBits open = cells.open.is_open(slot) ? PlaceSet<D>::kAll : 0;
@@ -150,7 +148,7 @@ FaceFilling face_filling(const FaceField<D, Real>& mass, double full, const Liqu
   FaceFilling filling{std::vector<float>(blocks.size()), std::vector<float>(blocks.size())};
   const SidedFilling<D, Real> sided(mass, full, cells, blocks, filling);
   const FreeCells<D> free_cells(cells, solid, blocks);
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+  base::parallel_chunks(blocks.count(), PlaceSet<D>::kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     std::array<std::array<Real, per_block>, std::size_t(D)> next;
     for (std::size_t slot = begin; slot < end; ++slot) {
       if (!near[slot]) continue;

@@ -125,7 +125,7 @@ bool NodeContacts<D>::touches(const Site<D, double>& at) const {
 
 template <int D>
 template <class Real>
-void NodeContacts<D>::apply(const Cell<D>& block, std::uint64_t touched, Vec<D, Real>* velocity) const {
+void NodeContacts<D>::apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real>* velocity) const {
   if (touched == 0) return;
   constexpr int edge = Lattice<D>::kBlock, count = Lattice<D>::kCellsPerBlock;
   const double reach = cell_ * edge * std::sqrt(double(D)) / 2;   // from the middle of the nodes to the farthest
@@ -157,9 +157,9 @@ void NodeContacts<D>::apply(const Cell<D>& block, std::uint64_t touched, Vec<D, 
 
 template class NodeContacts<2>;
 template class NodeContacts<3>;
-template void NodeContacts<2>::apply(const Cell<2>&, std::uint64_t, Vec<2, float>*) const;
-template void NodeContacts<2>::apply(const Cell<2>&, std::uint64_t, Vec<2, double>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, std::uint64_t, Vec<3, float>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, std::uint64_t, Vec<3, double>*) const;
+template void NodeContacts<2>::apply(const Cell<2>&, PlaceBits, Vec<2, float>*) const;
+template void NodeContacts<2>::apply(const Cell<2>&, PlaceBits, Vec<2, double>*) const;
+template void NodeContacts<3>::apply(const Cell<3>&, PlaceBits, Vec<3, float>*) const;
+template void NodeContacts<3>::apply(const Cell<3>&, PlaceBits, Vec<3, double>*) const;
 
 }  // namespace sim

@@ -1,10 +1,10 @@
 #pragma once
 // What walls and colliders do to the velocity of grid nodes. All stand still.
-#include <cstdint>
 #include <vector>
 
 #include "sim/colliders/solids.h"
 #include "sim/scene.h"
+#include "sim/transfer/place_set.h"
 
 namespace sim {
 
@@ -28,17 +28,17 @@ Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, con
 }
 
 /// The solids of a scene, for nodes. A node is in contact with a side of the domain when it lies on it or beyond, with a collider when it
-/// lies on it or in it, and when a particle that touches a solid reaches it: one that is nearer to it than six tenths of the spacing of particles, where
-/// what they are the middles of ends, or if it is sticky than all of it. A body that falls would else be stopped by nodes of the floor that it only reaches, a cell above it. Of a box a node
-/// meets the nearest face that does not lead into another collider; on an edge, the one that it moves into the least.
+/// lies on it or in it, and a particle that touches a solid reaches it: one that is nearer to the solid than six tenths of the spacing of particles, or all
+/// of it where it is sticky. A body that falls would else be stopped by nodes of the floor that it only reaches, a cell above it. Of a box a node meets
+/// the nearest face that does not lead into another collider; on an edge, the one that it moves into the least.
 template <int D>
 class NodeContacts {
  public:
   explicit NodeContacts(const Scene&);
   bool empty() const { return sides_.empty() && bodies_.empty(); }
-  /// Corrects the velocities of those nodes of one block that something touches a solid by, a bit each, in place.
+  /// Corrects the velocities of nodes of one block, in place: of those that a particle which touches a solid reaches.
   template <class Real>
-  void apply(const Cell<D>& block, std::uint64_t touched, Vec<D, Real>* velocity) const;
+  void apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real>* velocity) const;
   /// Whether anything nearest to a node of a block can touch a solid.
   bool is_near(const Cell<D>& block) const;
   /// Whether a particle touches a solid.

@@ -1,6 +1,6 @@
 #pragma once
-// Fixed corotated elasticity [Stomakhin12]: Psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2. Stiff, and comes
-// back from inversion; what is pressed to less than a third resists as Squeeze has it.
+// Fixed corotated elasticity [Stomakhin12]: Psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2. Stiff, and comes back from inversion; what
+// is pressed to less than a third resists as Squeeze has it.
 #include <string_view>
 
 #include "sim/solid/laws.h"
@@ -33,8 +33,8 @@ struct FixedCorotated {
   /// d2Psi of the first term is at most 2 mu in any direction, |F^T n| at most the largest stretch, and J is affine along m n^T. lambda is not below 0.
   template <class T, int D>
   T stiffness(const Principal<T, D>& s) const {
-    const T largest = larger(s[0] + T(1), T(0)), j = product_change<T, D>(s) + T(1);   // the first is the largest
-    return constant<T>(2 * lame.mu) * (largest * largest) + constant<T>(lame.lambda) * (j * j) + Squeeze<T>(lame, j - T(1)).stiffness();
+    const T largest = larger(s[0] + T(1), T(0)), j = product_change<T, D>(s), volume = j + T(1);   // the first is the largest
+    return constant<T>(2 * lame.mu) * (largest * largest) + constant<T>(lame.lambda) * (volume * volume) + Squeeze<T>(lame, j).stiffness();
   }
 };
 

@@ -46,9 +46,9 @@ struct NeoHookean {
       for (int k = 0; k < D; ++k) row += magnitude(b(i, k));
       rows = larger(rows, row);
     }
-    const T ic = stretch_excess(g) + T(3), one_more = ic + T(1), j = volume_change(g) + T(1);
+    const T ic = stretch_excess(g) + T(3), one_more = ic + T(1), j = volume_change(g), volume = j + T(1);
     const T factor = (ic + T(2) * ic / one_more) / one_more;
-    return constant<T>(mu()) * (factor * (T(1) + rows)) + constant<T>(lambda()) * (j * j) + Squeeze<T>(lame, j - T(1)).stiffness();
+    return constant<T>(mu()) * (factor * (T(1) + rows)) + constant<T>(lambda()) * (volume * volume) + Squeeze<T>(lame, j).stiffness();
   }
 };
 

@@ -103,7 +103,7 @@ class SolidStep {
   ActiveBlocks<D> blocks_;
   NodeVelocity<D, Real> grid_;                     // momentum until it is divided
   NodeVelocity<D, Real> before_;                   // the same before forces, of groups with FLIP alone: so their momentum is exact
-  PlaceSet<D> touched_;
+  PlaceSet<D> touched_;                            // nodes, as find_touched has them
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   SolidCounts counts_;

@@ -40,17 +40,6 @@ class PlaceSet {
 
   PlaceSet() = default;
   explicit PlaceSet(const ActiveBlocks<D>& blocks) : bits_(blocks.count()) {}
-  /// The places that is_in(index) is true of.
-  template <class IsIn>
-  PlaceSet(const ActiveBlocks<D>& blocks, const IsIn& is_in) : PlaceSet(blocks) {
-    base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t slot = begin; slot < end; ++slot) {
-        PlaceBits own = 0;
-        for (std::size_t k = 0; k < std::size_t(kCells); ++k) own |= PlaceBits(is_in(slot * std::size_t(kCells) + k)) << k;
-        bits_[slot] = own & places(blocks, slot);
-      }
-    });
-  }
   /// The places where a field of small numbers, below 4, has `value`.
   template <class Byte>
   PlaceSet(const ActiveBlocks<D>& blocks, const std::vector<Byte>& field, Byte value) : PlaceSet(blocks) {
