@@ -285,7 +285,7 @@ void Options::params(base::Params& p) {
   p.choice("precision", precision, kPrecisionNames, "floating point type of particles and grid");
   p.where(!is_solid(), kOfLiquids, [&] {
     p.choice("splitting", splitting, kSplittingNames,
-             "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time where the flow is steady");
+             "how motion and pressure alternate: lie is one projection a step; reflection two, the flow mirrored at the first: second order in time, beside a free surface where the flow is steady");
     p.choice("advection", advection, kAdvectionNames, "how particles move in a step's velocity: the midpoint rule, or three stages of third order");
     bool endless = true;
     for (int a = 0; a < dimension; ++a) endless = endless && periodic(a);

@@ -7,10 +7,11 @@
 #include "app/study/front.h"
 #include "app/study/measured.h"
 #include "app/study/study_files.h"
+#include "app/study/time_to_error.h"
 #include "app/study/variants.h"
 #include "base/error.h"
 #include "sim/fluid/seeding.h"
-#include "sim/problems/taylor_green.h"
+#include "sim/problems/carried_flow.h"
 #include "sim/watch.h"
 
 namespace {
@@ -84,6 +85,63 @@ TEST(CostFront, HoldsWhatNothingElseBeatsAndCallsTiesTies) {
   EXPECT_EQ(said[0], "Best value: good, with an error of energy of 0.01 in 4.1 s.");
   EXPECT_EQ(said[1], "The next rung, best, costs 2.2 times the time and leaves 0.8 of the error.");
   EXPECT_EQ(said[2], "The rung below, tied, takes 0.26 of the time and has 40 times the error.");
+}
+
+Variant refined(const std::string& scheme, const std::string& cell, double error, double seconds) {
+  Variant v = rung(scheme + " cell " + cell, error, {seconds});
+  v.scheme = scheme;
+  return v;
+}
+
+// Both take 8 times as long on cells of half the size; "first" has half the error then, "second" a quarter.
+Study two_orders() {
+  Study study = ladder();
+  study.is_refined = true;
+  study.variants.clear();
+  for (int i = 0; i < 3; ++i) {
+    study.variants.push_back(refined("first", std::to_string(i), .4 / std::pow(2, i), std::pow(8, i)));
+    study.variants.push_back(refined("second", std::to_string(i), .4 / std::pow(4, i), 2 * std::pow(8, i)));
+  }
+  study.variants.push_back(refined("first", "wasteful", .3, 100));
+  study.variants.push_back(refined("poor", "0", .45, 3));
+  return study;
+}
+
+TEST(CostTimes, ToAnErrorFollowASchemesOwnFront) {
+  Study study = two_orders();
+  judge(study);
+  const TimeToError& times = study.cases[0].times;
+  EXPECT_EQ(times.levels, (std::vector{.2, .1}));   // one alone comes to less
+  ASSERT_EQ(times.rows.size(), 3u);
+  EXPECT_EQ(times.rows[0].scheme, "first");
+  EXPECT_NEAR(*times.rows[0].seconds[0], 8, 1e-9);
+  EXPECT_NEAR(*times.rows[0].seconds[1], 64, 1e-9);
+  EXPECT_NEAR(*times.rows[1].seconds[0], 2 * std::sqrt(8), 1e-9);
+  EXPECT_NEAR(*times.rows[1].seconds[1], 16, 1e-9);
+  EXPECT_FALSE(times.rows[2].seconds[0]);
+  EXPECT_EQ(own_front(study, study.cases[0], "first").size(), 3u);
+  const auto& said = study.cases[0].sentences;
+  EXPECT_EQ(said[0], "To an error of energy of 0.1 second is first, after 16 s.");
+  EXPECT_EQ(said[1], "Times as long take first 4.");
+  EXPECT_EQ(said[2], "Nothing that was tried brings poor there.");
+  EXPECT_EQ(study_json(study).at("cases")[0].at("seconds_to_error").at("schemes").at("poor")[0], nullptr);
+  EXPECT_NE(study_table(study).find("seconds to an error of energy of"), std::string::npos);
+}
+
+// Where even the fastest variant has less error than that, its seconds are what there is.
+TEST(CostTimes, AreThoseOfTheFastestWhereThatDoes) {
+  Study study = two_orders();
+  study.variants.push_back(refined("third", "0", .01, 5));
+  study.variants.push_back(refined("third", "1", .001, 50));
+  judge(study);
+  const TimeToError& times = study.cases[0].times;
+  EXPECT_DOUBLE_EQ(*times.rows[3].seconds[0], 5);
+  EXPECT_DOUBLE_EQ(*times.rows[3].seconds[1], 5);
+  EXPECT_EQ(times.levels, (std::vector{.2, .1, .05}));
+  study.variants = {refined("alone", "0", .1, 1), refined("alone", "1", .01, 10)};
+  judge(study);
+  EXPECT_TRUE(study.cases[0].times.levels.empty());
+  EXPECT_EQ(study.cases[0].sentences[0], "No two schemes come to the same error.");
 }
 
 TEST(CostFront, TakesOneRunForLessAndSaysWhereTheClockIsInDoubt) {

@@ -80,8 +80,19 @@ TEST(CostProblems, AMovingFrameIsComparedWithAMovingAnswer) {
   EXPECT_GT(moved.steps, 20);
 }
 
+// It is steady because its vorticity lies along the velocity; in space, and carried along in all directions.
+TEST(CostProblems, AnAbcFlowStaysAsItIs) {
+  const auto carried = [](const char* splitting) {
+    return solve("abc_flow", quadratic("polypic", "full", {"problem.mean=[0.159, 0.1, 0.05]", "sim.cell=0.0625", "sim.cfl=1", std::string("sim.splitting=") + splitting}));
+  };
+  const sim::ProblemResult lie = carried("lie"), reflected = carried("reflection");
+  EXPECT_LT(*reflected.errors.velocity, .02);
+  EXPECT_LT(*reflected.errors.energy, .01);
+  EXPECT_GT(*lie.errors.velocity, 4 * *reflected.errors.velocity);
+}
+
 TEST(CostProblems, EveryProblemSaysWhatItMeans) {
-  ASSERT_GE(sim::problem_rows().size(), 12u);
+  ASSERT_GE(sim::problem_rows().size(), 13u);
   for (const sim::ProblemRow& row : sim::problem_rows()) {
     EXPECT_FALSE(row.meaning.empty() || row.cases.empty()) << row.name;
     for (const sim::ProblemCase& c : row.cases) EXPECT_NO_THROW(read_problem(row, {.quality = {}, .sets = c.sets})) << row.name << ": " << c.name;

@@ -58,6 +58,26 @@ TEST_F(CostProgram, MeasuresEveryVariantOnceAndKeepsIt) {
   EXPECT_NE(more.out.find("kept   2 of 3 variants"), std::string::npos) << more.out;
 }
 
+TEST_F(CostProgram, SaysHowLongEachSchemeTakesToAnError) {
+  const Outcome made = cost("cost taylor_green_2d --set problem.time=0.5 --repeats 1 --vary sim.splitting=lie,reflection "
+                            "--refine sim.cell=0.125,0.0625,0.03125 --error velocity --out study");
+  ASSERT_EQ(made.exit, 0) << made.err;
+  const Json json = study();
+  ASSERT_EQ(json.at("variants").size(), 6u);
+  EXPECT_EQ(json.at("variants")[2].at("scheme"), "polypic full linear");
+  EXPECT_EQ(json.at("variants")[2].at("variant"), "polypic full linear cell 0.0312");
+  const Json& part = json.at("cases")[0];
+  EXPECT_EQ(part.at("decides"), "velocity");
+  const Json& times = part.at("seconds_to_error");
+  ASSERT_GE(times.at("errors").size(), 2u);
+  for (const Json& seconds : times.at("schemes")) {
+    ASSERT_EQ(seconds.size(), times.at("errors").size());
+    EXPECT_GT(seconds[0], 0);
+  }
+  EXPECT_NE(made.out.find("To an error of velocity of "), std::string::npos);
+  EXPECT_NE(text_of(folder / "study/report.html").find("Seconds to an error of velocity"), std::string::npos);
+}
+
 // A drop between the places of coarse cells: they would be refused, and say nothing of the shot.
 TEST_F(CostProgram, TriesNoCellsInWhichABodyHasNoParticle) {
   const std::string shot = "[shot]\nframes = 2\n[sim]\ndimension = 2\ncell = 0.0125\n"
@@ -120,6 +140,13 @@ TEST_F(CostProgram, RefusesMistakesInOneLine) {
          "polypic: taylor_green_2d: problem.waves = 32: a wavelength has 2 cells of sim.cell = 0.01562 m, and needs 4\n"},
         {"--vary sim.cell=0.0625 --set sim.cell=0.125", "polypic: --vary sim.cell: is also given by --set sim.cell=0.125\n"},
         {"--vary sim.cell=0.0625 --vary sim.cell=0.125", "polypic: --vary sim.cell: is given twice: all values go after one =\n"},
+        {"--refine sim.cell", "polypic: --refine sim.cell: must be KEY=VALUE,VALUE ... (as in --refine sim.cell=0.02,0.01)\n"},
+        {"--refine sim.cell=0.0625,-1", "polypic: --refine sim.cell=-1: sim.cell = -1 m: must be above 0\n"},
+        {"--refine sim.cfl=1,2 --vary sim.cfl=0.5,1", "polypic: --refine sim.cfl: is given twice: all values go after one =\n"},
+        {"--refine problem.waves=1,2", "polypic: --refine problem.waves: would ask another question (--vary problem.waves makes a case of each value)\n"},
+        {"--error speed", "polypic: --error speed: must be one of energy, position, vorticity, volume, surface, image, velocity\n"},
+        {"--error position", "polypic: --error position: the problem has no such error (taylor_green_2d has energy, vorticity, velocity)\n"},
+        {"--single --error energy", "polypic: --error: has no effect with --single: the problem runs once, as --set makes it\n"},
         {"--frames 1-3", "polypic: --frames: is for shots: a problem ends at problem.time\n"}}) {
     const Outcome made = cost("cost taylor_green_2d " + std::string(words));
     EXPECT_EQ(made.exit, 2) << words;
@@ -130,6 +157,9 @@ TEST_F(CostProgram, RefusesMistakesInOneLine) {
                   "polypic: taylor_gren_2d: no such file, and no shipped shot or problem of that name (did you mean taylor_green_2d?)\n"},
         {"cost whirl", "polypic: whirl: no such file, and no shipped shot or problem of that name (polypic list names them)\n"},
         {"params taylor_gren_2d", "polypic: taylor_gren_2d: no such key, table or problem (did you mean taylor_green_2d?)\n"},
+        {"cost dam_break --refine sim.cell=0.04,0.05",
+         "polypic: --refine sim.cell: is for problems: a shot is tried on two sizes of cells as it is (--vary sim.cell=V1,V2 asks for others)\n"},
+        {"cost dam_break_2d --error surface", "polypic: --error surface: the shot has no such error\n"},
         {"cost", "polypic: cost: needs a shot or a problem (see polypic cost --help)\n"}}) {
     const Outcome made = cost(words);
     EXPECT_EQ(made.exit, 2) << words;

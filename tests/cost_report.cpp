@@ -5,6 +5,7 @@
 
 #include "app/study/cost_plots.h"
 #include "app/study/cost_report.h"
+#include "app/study/front.h"
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/scratch_folder.h"
@@ -21,7 +22,7 @@ std::size_t count_of(const std::string& text, const std::string& word) {
 }
 
 app::Variant variant(const std::string& part, const std::string& label, const std::string& transfer, double seconds, double error) {
-  app::Variant v{.label = label, .part = part, .keys = {{"sim.transfer", transfer}}, .transfer = transfer, .modes = "", .kernel = "linear",
+  app::Variant v{.label = label, .scheme = label, .part = part, .keys = {{"sim.transfer", transfer}}, .transfer = transfer, .modes = "", .kernel = "linear",
       .splitting = "lie", .failure = "", .errors = {}, .seconds = {},
                  .passes = {}, .energy_changes = {}, .course = {}, .ties = {}, .pictures = {}};
   v.steps = 100;
@@ -46,7 +47,7 @@ app::Study study() {
     s.variants.push_back(variant(part, "apic", "apic", 1.5, 0.6));
     s.variants.push_back(variant(part, "polypic full", "polypic", 2, 0.1));
     for (const std::size_t k : {1u, 3u}) s.variants[s.variants.size() - k].pareto = true;
-    s.variants.push_back({.label = "broken", .part = part, .keys = {}, .transfer = "", .modes = "", .kernel = "", .splitting = "", 
+    s.variants.push_back({.label = "broken", .scheme = "broken", .part = part, .keys = {}, .transfer = "", .modes = "", .kernel = "", .splitting = "", 
                           .failure = "needs more <modes>", .errors = {}, .seconds = {}, .passes = {},
                           .energy_changes = {}, .course = {}, .ties = {}, .pictures = {}});
   }
@@ -112,6 +113,27 @@ TEST_F(CostReport, DrawsTheFrontOfWhatNothingBeats) {
   EXPECT_EQ(losses.series[1].label, "pressure");
   EXPECT_DOUBLE_EQ(losses.series[0].y[0], -35) << "[%] that P2G loses of pic's energy";
   EXPECT_DOUBLE_EQ(app::seconds_plot(s, s.cases[1])->series[1].y[2], 1);
+}
+
+// A line a scheme, through what none of its own variants beats, and seconds by error in a table.
+TEST_F(CostReport, DrawsALineForEachSchemeThatWasRefined) {
+  app::Study s = study();
+  s.is_refined = true;
+  s.variants.clear(), s.cases.resize(1);
+  for (const auto& [scheme, seconds, error] : {std::tuple{"apic", 1., .4}, {"apic", 8., .1}, {"apic", 9., .2}, {"polypic", 2., .2}, {"polypic", 16., .02}}) {
+    s.variants.push_back(variant("16 cells", scheme + std::to_string(seconds), "apic", seconds, error));
+    s.variants.back().scheme = scheme;
+  }
+  app::judge(s);
+  const auto plot = app::error_plot(s, s.cases[0], app::Measure::energy);
+  ASSERT_TRUE(plot);
+  ASSERT_EQ(plot->series.size(), 3u);   // the front, and two schemes
+  EXPECT_EQ(plot->series[1].label, "apic");
+  EXPECT_EQ(plot->series[1].y, (std::vector{.4, .1}));
+  EXPECT_TRUE(plot->labels.empty());
+  const std::string page = written(s);
+  EXPECT_NE(page.find("Seconds to an error of energy."), std::string::npos);
+  EXPECT_EQ(count_of(page, "To an error of energy of "), 1u);
 }
 
 TEST_F(CostReport, CutsOffWhatGoesFarBeyondAllElseAndNamesItsPointsByNumberWhereThereAreMany) {

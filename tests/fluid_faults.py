@@ -52,6 +52,8 @@ FAULTS = [
     ("a shift leaves the velocity", ADVECT, "v[0] += v[std::size_t(gradient[a])] * by[a];", "v[0] += v[std::size_t(gradient[a])] * (@ ? Real(0) : by[a]);", ""),
     ("the watch never warns", WATCH, "return !alarmed_ && !cautious_;", "return (!alarmed_ && !cautious_) || @;", "reflection"),
     ("the watch knows no work", WATCH, "work_ += work;", "work_ += @ ? 0.0 : work;", ""),
+    ("a motion foresees nothing", STEP, "const bool ahead = foresees();", "const bool ahead = !@ && foresees();", "reflection"),
+    ("a frame's first motion knows the field before", LIQUID, "    step_.forget_motion();   // a", "    if (!@) step_.forget_motion();   // a", "reflection"),
     ("no reflection, the same field twice", STEP, "2 * grid_.velocity[a][i] - scattered_[a][i];", "2 * grid_.velocity[a][i] - (@ ? grid_.velocity : scattered_)[a][i];", "reflection"),
     ("gravity pulls in the mirrored half too", LIQUID, "return base::Vec3::Zero(); }", "return (@ ? dt / 2 : 0.0) * gravity_; }", ""),
     ("what is mirrored has no pressure", STEP, "if (!reflected) return found;", "if (@ || !reflected) return found;", "reflection"),

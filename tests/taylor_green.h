@@ -1,12 +1,12 @@
 #pragma once
-// Taylor-Green vortices in two dimensions (sim/problems/taylor_green.h): what schemes and splittings lose, or gain, of a flow that does neither.
+// Taylor-Green vortices in two dimensions (sim/problems/carried_flow.h): what schemes and splittings lose, or gain, of a flow that does neither.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "sim/problems/taylor_green.h"
+#include "sim/problems/carried_flow.h"
 
 namespace sim::taylor_green {
 

@@ -106,6 +106,8 @@ void add_sheet_options(CLI::App& command, Request& request, Words& words) {
 void add_cost_options(CLI::App& command, Request& request, Words& words) {
   command.add_option("SUBJECT", request.subject)->required();
   add_repeated(command, "--vary", request.vary);
+  add_repeated(command, "--refine", request.refine);
+  command.add_option("--error", request.error);
   add_repeated(command, "--set", request.overrides.sets);
   command.add_option("--quality", words.quality);
   command.add_option("--frames", words.frames);
@@ -164,7 +166,8 @@ void refuse_idle_options(const Request& request) {
   const auto refuse_beside = [](const std::string& option, const std::string& other, const std::string& why) {
     refuse(option, "has no effect with " + other + ": " + why);
   };
-  const std::pair<const char*, bool> of_studies[] = {{"--vary", !request.vary.empty()}, {"--repeats", request.repeats.has_value()},
+  const std::pair<const char*, bool> of_studies[] = {{"--vary", !request.vary.empty()}, {"--refine", !request.refine.empty()},
+                                                     {"--error", !request.error.empty()}, {"--repeats", request.repeats.has_value()},
                                                      {"--frames", request.frames.has_value()}, {"--out", request.out.has_value()},
                                                      {"--dry-run", request.dry_run}};
   for (const auto& [option, is_given] : of_studies)

@@ -39,6 +39,14 @@ fs::path shot_of(const std::string& subject) {
   }
 }
 
+Measure measure_named(const std::string& word) {
+  const auto at = std::find(kMeasureNames.begin(), kMeasureNames.end(), word);
+  if (at != kMeasureNames.end()) return static_cast<Measure>(at - kMeasureNames.begin());
+  std::string allowed;
+  for (const std::string_view name : kMeasureNames) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
+  throw base::Error({.file = "--error " + word, .message = "must be one of " + allowed});
+}
+
 /// One study at a time works in a directory, and measures.
 class StudyLock {
  public:
@@ -77,11 +85,13 @@ bool cost(const Request& request) {
     return true;
   }
   const fs::path shot = problem ? fs::path() : shot_of(request.subject);
-  CostOrder order{.overrides = request.overrides, .vary = {}, .frames = request.frames,
+  CostOrder order{.overrides = request.overrides, .vary = {}, .refine = {}, .decides = {}, .frames = request.frames,
                   .out = request.out.value_or(fs::path("out") / "cost" / (problem ? request.subject : shot.stem().string())),
                   .threads = cores, .repeats = request.repeats, .command = request.line, .dry_run = request.dry_run};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
-  refuse_what_is_given_twice(order.vary, order.overrides);
+  for (const std::string& text : request.refine) order.refine.push_back(parse_vary(text, "--refine"));
+  if (!request.error.empty()) order.decides = measure_named(request.error);
+  refuse_what_is_given_twice(order);
   std::error_code failure;
   const fs::file_status there = fs::status(order.out, failure);
   if (failure && there.type() == fs::file_type::none) base::throw_io(order.out.string(), failure.message());

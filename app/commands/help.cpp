@@ -100,6 +100,8 @@ runs in a process of its own, several times in turns. What is measured is kept: 
 cost.csv, cost.json, report.html (one page, no network needed) and its plots as plots/*.svg and *.png. Exit code 6: a variant could not run.
 
   --vary KEY=V1,V2    tries every value, of several keys all combinations (default: the ladder of schemes, from PIC to PolyPIC)
+  --refine KEY=V1,V2  of a problem: every variant at every value, and how long each takes to come to an error
+  --error KIND        ranks by energy, position, vorticity, volume, surface, image or velocity (default: the subject's own)
   --set KEY=VALUE     changes a key of all variants; problem.KEY of a problem
   --quality Q         draft, normal, high or extreme: of the shot that the others are compared with
   --frames 1-N        of a shot: the frames that are simulated (default: all)
@@ -112,6 +114,7 @@ cost.csv, cost.json, report.html (one page, no network needed) and its plots as 
 
   polypic cost taylor_green_2d
   polypic cost taylor_green_2d --vary sim.modes=1,3,4,6,9 --set sim.kernel=quadratic --set problem.waves=8
+  polypic cost taylor_green_2d --refine sim.cell=0.0625,0.03125,0.015625 --error velocity --set problem.mean=[0.16,0.1]
   polypic cost shots/dam_break.toml --frames 1-24
 )" + problems_text()},
     {"list", R"(polypic list [--json]     shots, materials, looks and problems that come with the program

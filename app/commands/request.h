@@ -18,7 +18,8 @@ struct Request {
   std::optional<std::filesystem::path> graph;   // plan: where the picture of the passes goes
   std::optional<int> threads;
   bool restart = false, preview = false, quiet = false, json = false, example = false;
-  std::vector<std::string> vary;    // cost: "KEY=V1,V2"
+  std::vector<std::string> vary, refine;    // cost: "KEY=V1,V2"
+  std::string error;                // cost: the kind that ranks
   std::optional<int> repeats;       // cost: runs of each variant
   bool single = false;              // cost: a problem, once, here
   bool dry_run = false;             // cost: what would be run, and nothing else

@@ -18,6 +18,8 @@ namespace app {
 struct CostOrder {
   Overrides overrides;                 // of every variant
   std::vector<Varied> vary;            // empty: the ladder of schemes
+  std::vector<Varied> refine;          // of problems: every variant at every value of these; how long each takes to an error is said then
+  std::optional<Measure> decides;      // the kind of error that ranks; else the subject's own
   std::optional<FrameRange> frames;    // of shots
   std::filesystem::path out;           // the study's directory
   int threads = 1;

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "app/study/time_to_error.h"
+
 namespace app {
 namespace {
 
@@ -136,6 +138,15 @@ std::optional<Plot> bar_plot(const std::vector<const Variant*>& variants, const 
   return plot;
 }
 
+/// Of what was refined: a line a scheme, through the variants that none of its others beats.
+void add_schemes(Plot& plot, const Study& study, const StudyCase& part) {
+  for (const std::string& scheme : schemes_of(study, part)) {
+    Series line{.label = scheme, .style = Style::linespoints};
+    for (const Variant* v : own_front(study, part, scheme)) line.x.push_back(v->seconds_median), line.y.push_back(*v->errors[part.decides]);
+    if (!line.x.empty()) plot.series.push_back(std::move(line));
+  }
+}
+
 }  // namespace
 
 std::vector<const Variant*> variants_of(const Study& study, const StudyCase& part) {
@@ -155,6 +166,14 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
   const std::vector<const Variant*> on_front = front_of(variants, part, measure);
   for (const Variant* v : on_front) front.x.push_back(v->seconds_median), front.y.push_back(*v->errors[measure]);
   if (front.x.size() > 1) plot.series.push_back(front);
+  if (study.is_refined && measure == part.decides) {
+    const std::size_t before = plot.series.size();
+    add_schemes(plot, study, part);
+    if (plot.series.size() - before < 2) return {};
+    plot.height = 640;
+    plot.note = "of each scheme what none of its other variants beats";
+    return plot;
+  }
   std::vector<std::string> transfers;   // a colour each
   for (const Variant* v : variants)
     if (v->errors[measure] && std::find(transfers.begin(), transfers.end(), v->transfer) == transfers.end()) transfers.push_back(v->transfer);

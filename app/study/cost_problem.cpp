@@ -23,6 +23,11 @@ struct Case {
   std::vector<std::string> sets;
 };
 
+Measure measure_named(std::string_view name) {
+  const auto at = std::find(kMeasureNames.begin(), kMeasureNames.end(), name);
+  return static_cast<Measure>(at - kMeasureNames.begin());
+}
+
 /// Those the problem knows, unless its own keys are varied or set.
 std::vector<Case> cases_of(const sim::ProblemRow& row, const CostOrder& order) {
   std::vector<Varied> own;
@@ -39,11 +44,38 @@ std::vector<Case> cases_of(const sim::ProblemRow& row, const CostOrder& order) {
   return cases;
 }
 
-std::vector<Sets> variants_of(const CostOrder& order, bool is_solid) {
+std::vector<Sets> schemes_of(const CostOrder& order, bool is_solid) {
   std::vector<Varied> others;
   for (const Varied& v : order.vary)
     if (!v.key.starts_with(kOwn)) others.push_back(v);
   return others.empty() ? scheme_ladder(is_solid) : combinations(others);
+}
+
+/// Every scheme with every combination of what is refined, as it is called and as it is set.
+std::vector<std::pair<Sets, Sets>> refined(const std::vector<Sets>& schemes, const std::vector<Varied>& refine) {
+  std::vector<std::pair<Sets, Sets>> all;
+  for (const Sets& scheme : schemes)
+    for (const Sets& more : combinations(refine)) {
+      all.emplace_back(scheme, scheme);
+      all.back().second.insert(all.back().second.end(), more.begin(), more.end());
+    }
+  return all;
+}
+
+/// The order's, or the problem's own. Throws where the problem has no such error.
+Measure deciding_error(const sim::ProblemRow& row, const Study& study, const CostOrder& order) {
+  const Measure own = measure_named(row.decides);
+  if (!order.decides || !study.meaning[static_cast<std::size_t>(*order.decides)].empty()) return order.decides.value_or(own);
+  std::string known;
+  for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
+    if (!study.meaning[m].empty()) known += (known.empty() ? "" : ", ") + std::string(kMeasureNames[m]);
+  throw base::Error({.file = "--error " + std::string(kMeasureNames[static_cast<std::size_t>(*order.decides)]),
+                     .hint = std::string(row.name) + " has " + known, .message = "the problem has no such error"});
+}
+
+void refuse_cases_to_refine(const std::vector<Varied>& refine) {
+  for (const Varied& v : refine)
+    if (v.key.starts_with(kOwn)) throw base::Error({.file = "--refine " + v.key, .hint = "--vary " + v.key + " makes a case of each value", .message = "would ask another question"});
 }
 
 Overrides with(const Overrides& all, const std::vector<std::string>& sets) {
@@ -70,11 +102,6 @@ MeasuredRun run_single(const std::string& name, const CostOrder& order, const Tr
   return MeasuredRun::parse(end.out);
 }
 
-Measure measure_named(std::string_view name) {
-  const auto at = std::find(kMeasureNames.begin(), kMeasureNames.end(), name);
-  return static_cast<Measure>(at - kMeasureNames.begin());
-}
-
 }  // namespace
 
 Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base::Progress& progress) {
@@ -86,13 +113,17 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
   study.title = std::string(row.meaning);
   const sim::ProblemMeanings& m = row.meanings;
   study.meaning = {m.energy, m.position, m.vorticity, m.volume, "", "", m.velocity};
+  const Measure decides = deciding_error(row, study, order);
+  refuse_cases_to_refine(order.refine);
+  study.is_refined = !order.refine.empty();
+  const std::vector<Varied> varied = all_varied(order);
   std::vector<Trial> trials;
   std::vector<std::optional<base::Complaint>> complaints;
   std::map<std::string, double> work;   // by the hash of a trial
   bool quality_says_something = !order.overrides.quality;
   for (const Case& c : cases_of(row, order)) {
-    study.cases.push_back({c.name, measure_named(row.decides), {}, {}});
-    for (const Sets& sets : variants_of(order, usual.shot.scene.options.is_solid())) {
+    study.cases.push_back({c.name, decides, {}, {}});
+    for (const auto& [scheme, sets] : refined(schemes_of(order, usual.shot.scene.options.is_solid()), order.refine)) {
       Trial& t = trials.emplace_back();
       t.variant.part = c.name, t.variant.keys = sets;
       t.sets = c.sets;
@@ -101,7 +132,7 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
       try {
         const ProblemShot read = read_problem(row, with(order.overrides, t.sets));
         describe(read.shot.scene.options, t.variant);
-        t.variant.label = label_of(read.shot.scene.options, sets);
+        t.variant.label = label_of(read.shot.scene.options, sets), t.variant.scheme = label_of(read.shot.scene.options, scheme);
         t.hash = trial_hash(read.text, name + " " + std::to_string(order.threads));
         t.text = read.text, work[t.hash] = read.work;
         if (!quality_says_something) quality_says_something = read_problem(row, with({{}, order.overrides.sets}, t.sets)).text != read.text;
@@ -112,8 +143,8 @@ Study study_of_problem(const sim::ProblemRow& row, const CostOrder& order, base:
       }
     }
   }
-  refuse_what_suits_none(order.vary, trials, complaints);
-  refuse_what_changes_nothing(order.vary, trials, "the problem");
+  refuse_what_suits_none(varied, trials, complaints);
+  refuse_what_changes_nothing(varied, trials, "the problem");
   if (!quality_says_something && std::all_of(trials.begin(), trials.end(), [](const Trial& t) { return t.variant.ran(); }))
     throw base::Error({.file = "--quality " + *order.overrides.quality, .message = kIdleQuality});
   const int repeats = order.repeats.value_or(kRepeats);

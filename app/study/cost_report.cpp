@@ -127,6 +127,29 @@ void add_table(Page& page, const Study& study) {
                  "fast, within the spread.");
 }
 
+/// Seconds to errors, the least of each in bold.
+void add_times(Page& page, const StudyCase& part) {
+  const TimeToError& times = part.times;
+  if (times.levels.empty()) return;
+  std::vector<std::string> columns{"scheme"};
+  for (const double level : times.levels) columns.push_back(number("%g", level));
+  std::vector<std::vector<Cell>> rows;
+  for (const TimeToError::Row& row : times.rows) {
+    rows.push_back({Cell(row.scheme)});
+    rows.back().back().is_name = true;
+    for (std::size_t l = 0; l < times.levels.size(); ++l) {
+      if (!row.seconds[l]) {
+        rows.back().emplace_back();
+        continue;
+      }
+      rows.back().emplace_back(number("%.3g", *row.seconds[l]), *row.seconds[l]);
+      rows.back().back().strong = std::none_of(times.rows.begin(), times.rows.end(), [&](const TimeToError::Row& other) { return other.seconds[l] && *other.seconds[l] < *row.seconds[l]; });
+    }
+  }
+  const std::string error(kMeasureNames[static_cast<std::size_t>(part.decides)]);
+  page.table(columns, rows, "Seconds to an error of " + error + ". Between two variants of a scheme seconds are a power of the error; empty: nothing that was tried comes to it.");
+}
+
 /// "polypic full linear, cell 0.02 m"
 std::string scheme_text(const Variant& v) {
   std::string text = v.transfer;
@@ -172,12 +195,14 @@ void add_plots(Page& page, const Study& study, const fs::path& out, base::Progre
     if (!is_without_gnuplot(e)) throw;
     progress.line(std::string("report without plots: ") + e.what());
     page.paragraph(std::string("No plots: ") + e.what());
+    for (const StudyCase& part : study.cases) add_times(page, part);
     return;
   }
   std::size_t next = 0;
   for (std::size_t c = 0; c < all.size(); ++c) {
     page.heading(study.cases.size() > 1 ? study.cases[c].name : "Error against seconds");
     for (std::size_t i = 0; i < all[c].wide; ++i) page.figure_of(svgs[next++]);
+    add_times(page, study.cases[c]);
     const std::size_t rest = all[c].plots.size() - all[c].wide;
     page.figures_of(std::vector<std::string>(svgs.begin() + static_cast<std::ptrdiff_t>(next),
                                              svgs.begin() + static_cast<std::ptrdiff_t>(next + rest)));

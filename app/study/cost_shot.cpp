@@ -64,6 +64,9 @@ class ShotStudy {
       throw base::Error({.file = "--frames", .hint = "as in --frames 1-24", .message = "must begin with 1: a simulation starts there"});
     for (const Varied& varied : order.vary)
       if (varied.key == "shot.fps") throw base::Error({.file = "--vary shot.fps", .message = "frames of one number would be of different times"});
+    if (!order.refine.empty())
+      throw base::Error({.file = "--refine " + order.refine.front().key, .hint = "--vary sim.cell=V1,V2 asks for others", .message = "is for problems: a shot is tried on two sizes of cells as it is"});
+    if (order.decides) refuse_unknown_error(*order.decides);
     if (last_ < 2) throw base::Error({.file = "--frames", .message = "must reach to frame 2 at least: nothing has moved before"});
     if (shot_.has_pictures) more_ = {"render.width=480", "render.height=270"};
     if (shot_.has_pictures && shot_.scene.options.dimension == 3) more_.push_back("render.spp=16");
@@ -78,7 +81,7 @@ class ShotStudy {
         fmt::format("{}, frames 1 to {}, against the shot as it is with a cell of {} m", shot_.name, last_, base::to_text(shot_.scene.options.cell));
     const int repeats = order_.repeats.value_or(kRepeats);
     sign(study_, order_, repeats);
-    study_.cases = {{shot_.name, Measure::position, {}, {}}};
+    study_.cases = {{shot_.name, order_.decides.value_or(Measure::position), {}, {}}};
     plan_variants();
     plan_references();
     refuse_idle_quality();
@@ -116,6 +119,12 @@ class ShotStudy {
     ShotRun run{file_, out, order_.overrides, last_, order_.threads};
     for (const auto* list : {&more_, &t.sets}) run.overrides.sets.insert(run.overrides.sets.end(), list->begin(), list->end());
     return run;
+  }
+
+  void refuse_unknown_error(Measure m) const {
+    const bool is_liquid = !shot_.scene.options.is_solid();
+    const bool is_known = m == Measure::volume ? is_liquid : m == Measure::surface ? has_surface() && shot_.has_pictures : m == Measure::image ? shot_.has_pictures : m != Measure::velocity;
+    if (!is_known) throw base::Error({.file = "--error " + std::string(kMeasureNames[std::size_t(m)]), .message = "the shot has no such error"});
   }
 
   /// Reads the trial's shot; its complaint where it is none.

@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "app/study/text.h"
+#include "app/study/time_to_error.h"
+
 namespace app {
 namespace {
 
@@ -23,8 +26,6 @@ bool dominates(const Variant& a, double error_a, const Variant& b, double error_
   if (same_error && same_time) return std::pair(a.seconds_median, error_a) < std::pair(b.seconds_median, error_b);
   return same_time || a.seconds_median < b.seconds_median;
 }
-
-std::string ratio_text(double ratio) { return ratio < 10 ? fmt::format("{:.2g}", ratio) : fmt::format("{:.0f}", ratio); }
 
 struct OnFront {
   Variant* variant;
@@ -107,6 +108,9 @@ void judge(Study& study) {
       if (v.variant->pareto) front.push_back(v);
     }
     c.sentences = sentences(c, front);
+    if (!study.is_refined) continue;
+    c.times = time_to_error(study, c);
+    c.sentences = sentences_of(c.times, std::string(kMeasureNames[static_cast<std::size_t>(c.decides)]));
   }
   if (std::string doubt = doubt_of_the_clock(study); !doubt.empty()) study.notes.push_back(std::move(doubt));
 }

@@ -47,6 +47,7 @@ struct Picture {
 
 struct Variant {
   std::string label;               // short and unique within its case: "polypic full linear, reflection"
+  std::string scheme;              // the label without what was refined: what variants of one line of a plot have in common
   std::string part;                // name of the case it belongs to (Study::cases); never empty
   std::vector<std::pair<std::string, std::string>> keys;   // what was varied: "sim.transfer", "polypic"
   // As run:
@@ -69,12 +70,23 @@ struct Variant {
   bool ran() const { return failure.empty(); }
 };
 
+/// How long it takes schemes that were refined to come to an error, of the kind that decides.
+struct TimeToError {
+  struct Row {
+    std::string scheme;
+    std::vector<std::optional<double>> seconds;   // [s] by level; none: nothing that was tried comes to it
+  };
+  std::vector<double> levels;      // falling
+  std::vector<Row> rows;           // in the order of the ladder
+};
+
 /// Variants that are compared with each other: one value of the problem's own parameters, or the shot at one resolution and the other.
 struct StudyCase {
   std::string name;                // "8 cells a wavelength"; "dam_break"
   Measure decides = Measure::energy;                       // the error that fronts and sentences are about
   std::array<std::string, 3> sentences;                    // the best value, what the next rung costs, what the rung below loses
   Errors noise;                    // of shots: the distance between two runs of the reference with different seeds
+  TimeToError times = {};          // without levels unless schemes were refined
 };
 
 struct Study {
@@ -88,6 +100,7 @@ struct Study {
   int cores = 1;                   // of the machine
   std::array<std::string, kMeasureNames.size()> meaning;   // of each kind of error, with its unit; empty where no variant has one
   std::vector<StudyCase> cases;
+  bool is_refined = false;         // every scheme was tried at several values of some keys
   std::vector<Variant> variants;   // in the order of the ladder, case by case
   std::optional<Variant> reference;                        // of shots
   std::vector<std::string> notes;  // what was chosen: frames, resolutions, up to which frame errors are errors and not chance

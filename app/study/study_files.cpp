@@ -60,8 +60,18 @@ Json errors_json(const Errors& errors) {
   return out;
 }
 
+Json times_json(const TimeToError& times) {
+  Json out = {{"errors", times.levels}, {"schemes", Json::object()}};
+  for (const TimeToError::Row& row : times.rows) {
+    Json& seconds = out["schemes"][row.scheme] = Json::array();
+    for (const std::optional<double>& s : row.seconds) seconds.push_back(s ? Json(*s) : Json());
+  }
+  return out;
+}
+
 Json variant_json(const Variant& v) {
   Json out = row_of(v);
+  if (!v.scheme.empty() && v.scheme != v.label) out["scheme"] = v.scheme;
   Json& keys = out["keys"] = Json::object();
   for (const auto& [key, value] : v.keys) keys[key] = value;
   if (!v.ran()) return out;
@@ -79,6 +89,18 @@ Json variant_json(const Variant& v) {
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.3g}", *value) : "-"; }
+
+std::string times_text(const StudyCase& c, std::size_t width) {
+  std::string text = fmt::format("  {:<{}}", "seconds to an error of " + std::string(kMeasureNames[static_cast<std::size_t>(c.decides)]) + " of", width + 2);
+  for (const double level : c.times.levels) text += fmt::format(" {:>9}", fmt::format("{:g}", level));
+  text += "\n";
+  for (const TimeToError::Row& row : c.times.rows) {
+    text += fmt::format("    {:<{}}", row.scheme, width);
+    for (const std::optional<double>& s : row.seconds) text += fmt::format(" {:>9}", number(s));
+    text += "\n";
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -111,6 +133,7 @@ Json study_json(const Study& study) {
   for (const StudyCase& c : study.cases) {
     Json one = {{"name", c.name}, {"decides", kMeasureNames[static_cast<std::size_t>(c.decides)]}, {"sentences", c.sentences}};
     if (const Json noise = errors_json(c.noise); !noise.empty()) one["noise"] = noise;
+    if (!c.times.levels.empty()) one["seconds_to_error"] = times_json(c.times);
     cases.push_back(std::move(one));
   }
   if (study.reference) out["reference"] = variant_json(*study.reference);
@@ -141,6 +164,7 @@ std::string study_table(const Study& study) {
       for (const std::size_t m : shown) text += fmt::format(" {:>10}", number(v.errors.value[m]));
       text += fmt::format(" {:>9.3g} {:>9.3g} {:>9.0f}\n", v.seconds_median, v.cpu_seconds, double(v.peak_bytes) / 1e6);
     }
+    if (!c.times.levels.empty()) text += times_text(c, std::max<std::size_t>(width, 33));
     for (const std::string& sentence : c.sentences)
       if (!sentence.empty()) text += "  " + sentence + "\n";
     text += "\n";

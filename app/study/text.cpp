@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include <fmt/format.h>
+
 namespace app {
 namespace {
 
@@ -43,5 +45,7 @@ std::string html_text(const std::string& text) {
   }
   return out;
 }
+
+std::string ratio_text(double ratio) { return ratio < 10 ? fmt::format("{:.2g}", ratio) : fmt::format("{:.0f}", ratio); }
 
 }  // namespace app

@@ -1,5 +1,5 @@
 #pragma once
-// Text that may be anything a user has typed, as what pages and plots can hold.
+// Text that may be anything a user has typed, as what pages and plots can hold; and numbers as people say them.
 #include <string>
 
 namespace app {
@@ -9,5 +9,8 @@ std::string clean_text(const std::string&);
 
 /// Clean text in HTML: & < > " and ' are written as references.
 std::string html_text(const std::string&);
+
+/// "1.3", "24": of two numbers.
+std::string ratio_text(double ratio);
 
 }  // namespace app

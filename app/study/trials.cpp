@@ -60,7 +60,7 @@ void refuse_what_suits_none(const std::vector<Varied>& vary, const std::vector<T
       }
       if (!is_there || suits) continue;   // modes without polypic are in none
       base::Complaint complaint = *first;
-      if (complaint.file.starts_with("--set ")) complaint.file.replace(0, 5, "--vary");
+      if (complaint.file.starts_with("--set ")) complaint.file.replace(0, 5, varied.option);
       complaint.code = base::Exit::user;
       throw base::Error(std::move(complaint));
     }
@@ -71,12 +71,19 @@ void read_kept_runs(std::vector<Trial>& trials, const TrialRuns& order) {
     if (t.variant.ran()) t.kept = read_kept(file_of(t, order.folder), t.hash);
 }
 
-void refuse_what_is_given_twice(const std::vector<Varied>& vary, const Overrides& overrides) {
+std::vector<Varied> all_varied(const CostOrder& order) {
+  std::vector<Varied> all = order.vary;
+  all.insert(all.end(), order.refine.begin(), order.refine.end());
+  return all;
+}
+
+void refuse_what_is_given_twice(const CostOrder& order) {
+  const std::vector<Varied> vary = all_varied(order);
   for (auto varied = vary.begin(); varied != vary.end(); ++varied) {
-    const std::string option = "--vary " + varied->key;
+    const std::string option = varied->option + " " + varied->key;
     const auto is_same = [&](const Varied& other) { return other.key == varied->key; };
     if (std::any_of(vary.begin(), varied, is_same)) throw base::Error({.file = option, .message = "is given twice: all values go after one ="});
-    for (const std::string& set : overrides.sets)
+    for (const std::string& set : order.overrides.sets)
       if (set.starts_with(varied->key + "=")) throw base::Error({.file = option, .message = "is also given by --set " + set});
   }
 }
@@ -93,7 +100,7 @@ void refuse_what_changes_nothing(const std::vector<Varied>& vary, const std::vec
     for (const auto& [others, same] : texts)
       for (const std::string& text : same) compared = compared || same.size() > 1, differs = differs || text != same.front();
     if (compared && !differs)
-      throw base::Error({.file = "--vary " + varied.key,
+      throw base::Error({.file = varied.option + " " + varied.key,
                          .message = "changes nothing that " + read_by + " reads: all its values make the same variant"});
   }
 }

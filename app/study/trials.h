@@ -27,8 +27,11 @@ std::string trial_hash(const std::string& text, const std::string& more);
 /// Throws the complaint of a varied key or value that no trial which has it accepts: a mistake, and no variant that cannot run.
 void refuse_what_suits_none(const std::vector<Varied>&, const std::vector<Trial>&, const std::vector<std::optional<base::Complaint>>&);
 
+/// What is varied, and then what is refined.
+std::vector<Varied> all_varied(const CostOrder&);
+
 /// Throws where a key is varied twice, or set as well ("--vary sim.cell: ...").
-void refuse_what_is_given_twice(const std::vector<Varied>&, const Overrides&);
+void refuse_what_is_given_twice(const CostOrder&);
 
 /// Throws where a varied key makes no difference to any variant ("--vary shot.frames: changes nothing ...").
 void refuse_what_changes_nothing(const std::vector<Varied>&, const std::vector<Trial>&, const std::string& read_by);

@@ -39,13 +39,13 @@ Sets scheme(const char* transfer, const char* kernel, const char* modes, const c
 
 }  // namespace
 
-Varied parse_vary(const std::string& text) {
+Varied parse_vary(const std::string& text, const std::string& option) {
   const std::size_t equals = text.find('=');
   const auto refuse = [&](const std::string& why) {
-    throw base::Error({.file = "--vary " + text, .hint = "as in --vary sim.transfer=apic,polypic", .message = why});
+    throw base::Error({.file = option + " " + text, .hint = "as in " + option + (option == "--vary" ? " sim.transfer=apic,polypic" : " sim.cell=0.02,0.01"), .message = why});
   };
   if (equals == std::string::npos || equals == 0) refuse("must be KEY=VALUE,VALUE ...");
-  Varied varied{text.substr(0, equals), {""}};
+  Varied varied{text.substr(0, equals), {""}, option};
   int depth = 0;
   char quote = 0;
   for (const char c : text.substr(equals + 1)) {

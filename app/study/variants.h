@@ -15,10 +15,11 @@ using Sets = std::vector<std::pair<std::string, std::string>>;
 struct Varied {
   std::string key;
   std::vector<std::string> values;
+  std::string option = "--vary";   // that asks for it, or "--refine"
 };
 
 /// "sim.modes=4,8,full": commas within brackets, braces and quotes part nothing. Throws base::Error (exit 2) on anything else.
-Varied parse_vary(const std::string& text);
+Varied parse_vary(const std::string& text, const std::string& option = "--vary");
 
 /// Every value of each key with every value of the others, the last key fastest. What says nothing is left out: sim.modes of a transfer that is not
 /// polypic; so is what would then come twice.

@@ -63,6 +63,7 @@ class Liquid final : public Simulation {
 
   double begin_frame() override {
     step_.clear_counts();
+    step_.forget_motion();   // a state holds no field, and whoever goes on from one must come to the same bits
     clear_counts();
     return 1 / fps_;
   }
@@ -77,7 +78,7 @@ class Liquid final : public Simulation {
   }
 
   std::unique_ptr<Moment> moment() const override { return keep_moment(changing(*this)); }
-  void go_back(const Moment& moment) override { put_back(moment, changing(*this)); }
+  void go_back(const Moment& moment) override { put_back(moment, changing(*this)), step_.forget_motion(); }
 
   void restrain(const Restraint& restraint) override { restraint_ = restraint; }
   Frame frame() const override;

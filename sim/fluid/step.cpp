@@ -51,6 +51,7 @@ int FluidStep<D, Real>::layers() const {
 template <int D, class Real>
 void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base::Ledger& ledger) {
   displaces_ = departed_ = false;
+  if (options_.splitting == Splitting::reflection && !free_surface_) std::swap(before_, grid_.velocity);
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
     ranges_ = order_.sort(particles, solids_.lattice, transfer_.home());
@@ -113,6 +114,8 @@ void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base:
 template <int D, class Real>
 double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger) {
   audit_ = scattered_audit_;
+  pushed_ = false;
+  for (int a = 0; a < D; ++a) pushed_ = pushed_ || (options_.periodic(a) && push[a] != 0);   // in a full domain walls take all else
   if (push.isZero(0)) {
     grid_.velocity = scattered_;
   } else {
@@ -311,8 +314,17 @@ double FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::
   double way;
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    way = advect(transfer_, blocks_, grid_.velocity, dt, options_.advection, solids_, ranges, particles);
+    const bool ahead = foresees();
+    if (ahead) {
+      const Real part = Real(std::min(1.0, dt / (2 * last_motion_)));
+      for (int a = 0; a < D; ++a)
+        base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) before_[a][i] = grid_.velocity[a][i] + part * (grid_.velocity[a][i] - before_[a][i]);
+        });
+    }
+    way = advect(transfer_, blocks_, ahead ? before_ : grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
+  last_motion_ = dt;
   audit("advect", particles, ledger);
   move_held(dt, particles, ledger);
   if (solids_.any()) {
@@ -404,6 +416,7 @@ void FluidStep<D, Real>::set_velocity(const ActiveBlocks<D>& blocks, FaceField<D
   blocks_ = blocks;
   grid_.velocity = std::move(field);
   scattered_ = grid_.velocity;
+  forget_motion();
   for (auto& valid : valid_) valid.assign(blocks_.size(), 1);
   for (auto& mass : grid_.mass) mass.assign(blocks_.size(), Real(options_.particles_per_cell));   // nothing is light
 }

@@ -50,7 +50,11 @@ class FluidStep {
   /// Motion: whoever is then outside an open side is gone. Before it the particles shift by the displacement that `correct_volume` found, where it
   /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart. Returns the longest way
   /// that the motion took a particle [cells].
+  /// The field is the last projection's. Where the splitting reflects and there is no free surface, it is the one of the motion's middle, as far as this
+  /// projection and the one before tell, v + dt / 2 (v - v_before) / dt_before: of second order in flow that changes, too [Narain19].
   double move(double dt, Particles<D, Real>&, base::Ledger&);
+  /// The next motion knows of no projection before its own: after a jump, or where a state does not hold the field.
+  void forget_motion() { last_motion_ = 0; }
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   LiquidVolume volume() const { return liquid_volume<D>(cells_, filling_, blocks_); }
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
@@ -111,6 +115,8 @@ class FluidStep {
   /// Faces through which a source's medium comes in out of the air get its velocity: nobody is drawn in there, and what flies along the source is not
   /// braked.
   void open_inflow();
+  /// Whether the change from the field before to this one may go on through a motion.
+  bool foresees() const { return options_.splitting == Splitting::reflection && !free_surface_ && last_motion_ > 0 && !pushed_ && !(sources_ && sources_->acts()); }
   /// Moves them as their source does, and out of sources who has come into one.
   void move_held(double dt, Particles<D, Real>&, base::Ledger&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
@@ -135,6 +141,9 @@ class FluidStep {
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
   FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects
+  FaceField<D, Real> before_;         // of the last motion; empty where none is foreseen
+  double last_motion_ = 0;            // [s] how long that was; 0: not known
+  bool pushed_ = false;               // what forces gave before the last projection was more than pressure takes back
   FaceSums scattered_sums_;
   FaceMask<D> valid_;
   Departure<D, Real> departure_;      // empty unless the carry limits

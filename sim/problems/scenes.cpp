@@ -3,14 +3,14 @@
 
 namespace sim {
 
-std::string periodic_box(int dimension, const std::string& cell) {
+std::string periodic_box(int dimension, const std::string& cell, const std::string& depth) {
   if (dimension == 3)
-    return "[sim]\ndomain = [[0, 0, 0], [1, 1, 0.125]]\ncell = " + cell + R"(
+    return "[sim]\ndomain = [[0, 0, 0], [1, 1, " + depth + "]]\ncell = " + cell + R"(
 cfl = 0.5
 boundary = { x_lower = "periodic", x_upper = "periodic", y_lower = "periodic", y_upper = "periodic", z_lower = "periodic", z_upper = "periodic" }
 [[body]]
 name = "all"
-shape = { box = [[0, 0, 0], [1, 1, 0.125]] }
+shape = { box = [[0, 0, 0], [1, 1, )" + depth + R"(]] }
 )";
   return "[sim]\ndimension = 2\ndomain = [[0, 0], [1, 1]]\ncell = " + cell + R"(
 particles_per_cell = 4

@@ -1,0 +1,100 @@
+#include "app/study/time_to_error.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "app/study/text.h"
+
+namespace app {
+namespace {
+
+constexpr std::size_t kMostLevels = 8;   // of more only the powers of ten, and of more of those the least
+
+/// [s] where the variants' errors pass `level`.
+std::optional<double> seconds_to(double level, const std::vector<const Variant*>& front, Measure measure) {
+  const auto error = [&](std::size_t i) { return *front[i]->errors[measure]; };
+  std::size_t i = 0;
+  while (i < front.size() && error(i) > level) ++i;
+  if (i == front.size()) return {};
+  if (i == 0) return front.front()->seconds_median;
+  const double part = std::log(error(i - 1) / level) / std::log(error(i - 1) / error(i));
+  return front[i - 1]->seconds_median * std::pow(front[i]->seconds_median / front[i - 1]->seconds_median, part);
+}
+
+/// Round numbers below `most`, down to `least`.
+std::vector<double> round_levels(double most, double least, std::initializer_list<double> digits) {
+  std::vector<double> levels;
+  for (int power = int(std::floor(std::log10(most))); power >= int(std::floor(std::log10(least))); --power)
+    for (const double digit : digits)
+      if (const double level = digit * std::pow(10, power); level <= most && level >= least) levels.push_back(level);
+  return levels;
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
+  return text;
+}
+
+}  // namespace
+
+std::vector<const Variant*> own_front(const Study& study, const StudyCase& part, const std::string& scheme) {
+  std::vector<const Variant*> all, front;
+  for (const Variant& v : study.variants)
+    if (v.part == part.name && v.scheme == scheme && v.ran() && v.errors[part.decides] && *v.errors[part.decides] > 0) all.push_back(&v);
+  std::stable_sort(all.begin(), all.end(), [](const Variant* a, const Variant* b) { return a->seconds_median < b->seconds_median; });
+  for (const Variant* v : all)
+    if (front.empty() || *v->errors[part.decides] < *front.back()->errors[part.decides]) front.push_back(v);
+  return front;
+}
+
+std::vector<std::string> schemes_of(const Study& study, const StudyCase& part) {
+  std::vector<std::string> schemes;
+  for (const Variant& v : study.variants)
+    if (v.part == part.name && !v.scheme.empty() && std::find(schemes.begin(), schemes.end(), v.scheme) == schemes.end()) schemes.push_back(v.scheme);
+  return schemes;
+}
+
+TimeToError time_to_error(const Study& study, const StudyCase& part) {
+  TimeToError times;
+  std::vector<std::vector<const Variant*>> fronts;
+  std::vector<double> first, last;   // the largest and the least error of each front
+  for (const std::string& scheme : schemes_of(study, part)) {
+    times.rows.push_back({scheme, {}});
+    fronts.push_back(own_front(study, part, scheme));
+    if (fronts.back().empty()) continue;
+    first.push_back(*fronts.back().front()->errors[part.decides]), last.push_back(*fronts.back().back()->errors[part.decides]);
+  }
+  if (first.size() < 2) return times;
+  std::sort(last.begin(), last.end());
+  const double most = *std::max_element(first.begin(), first.end()), least = last[1];
+  times.levels = round_levels(most, least, {5, 2, 1});
+  if (times.levels.size() > kMostLevels) times.levels = round_levels(most, least, {1});
+  if (times.levels.size() > kMostLevels) times.levels.erase(times.levels.begin(), times.levels.end() - std::ptrdiff_t(kMostLevels));
+  for (std::size_t k = 0; k < fronts.size(); ++k)
+    for (const double level : times.levels) times.rows[k].seconds.push_back(seconds_to(level, fronts[k], part.decides));
+  return times;
+}
+
+std::array<std::string, 3> sentences_of(const TimeToError& times, const std::string& error) {
+  for (std::size_t l = times.levels.size(); l-- > 0;) {
+    std::vector<std::pair<double, std::string>> there;
+    std::vector<std::string> others;
+    for (const TimeToError::Row& row : times.rows) {
+      if (row.seconds[l]) there.emplace_back(*row.seconds[l], row.scheme);
+      else others.push_back(row.scheme);
+    }
+    if (2 * there.size() < times.rows.size()) continue;
+    std::stable_sort(there.begin(), there.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> longer;
+    for (std::size_t i = 1; i < there.size(); ++i) longer.push_back(there[i].second + " " + ratio_text(there[i].first / there[0].first));
+    return {fmt::format("To an error of {} of {:g} {} is first, after {:.3g} s.", error, times.levels[l], there[0].second, there[0].first),
+            longer.empty() ? "" : "Times as long take " + listed(longer) + ".",
+            others.empty() ? "" : "Nothing that was tried brings " + listed(others) + " there."};
+  }
+  return {"No two schemes come to the same error.", "", ""};
+}
+
+}  // namespace app
