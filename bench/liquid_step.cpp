@@ -71,7 +71,7 @@ void run(benchmark::State& state, const Basin& size, Transfer transfer, Kernel k
     step.project(dt * base::Vec3(0, 0, -9.81), ledger);
     if (steps++ % kCorrectEvery == 0) step.correct_volume(0.34, 1, ledger);
     step.gather({}, particles, ledger);
-    step.move(dt, particles, ledger);
+    step.move(dt, false, particles, ledger);
     iterations += double(step.counts().pressure_iterations);
     step.clear_counts();
   };

@@ -133,7 +133,7 @@ void liquid(benchmark::State& state) {
     step.scatter(particles, kCell, ledger);
     step.project(kCell * base::Vec3(0, 0, -9.81), ledger);
     step.gather({}, particles, ledger);
-    step.move(kCell, particles, ledger);
+    step.move(kCell, false, particles, ledger);
     cost.step += seconds_since(start);
     const auto last = Clock::now();
     for (const auto& field : step.velocity())   // of mass and momentum, twice as much is read

@@ -158,6 +158,7 @@ TEST(CostProblems, StillWaterHardlyMoves) {
 TEST(CostProblems, RefuseWhatHasNoAnswer) {
   EXPECT_THROW(solve("taylor_green_2d", {"sim.boundary={x_lower=\"periodic\",x_upper=\"periodic\"}"}), base::Error);
   EXPECT_THROW(solve("taylor_green_2d", {"problem.waves=32"}), base::Error);
+  EXPECT_THROW(solve("abc_flow", {"sim.domain=[[0,0,0],[1,1,0.5]]", "body.all.shape.box=[[0,0,0],[1,1,0.5]]", "sim.cell=0.125"}), base::Error);
   EXPECT_THROW(solve("vortex_ring", {"sim.cell=2"}), base::Error);
   EXPECT_THROW(solve("vortex_ring", {"sim.domain=[[40,0,0],[96,28,28]]", "body.all.shape={box=[[40,0,0],[96,28,28]]}"}), base::Error);
   EXPECT_THROW(solve("slope_block", {"effect.1.acceleration=[1, -9.81]"}), base::Error);

@@ -133,7 +133,7 @@ TEST_F(CostReport, DrawsALineForEachSchemeThatWasRefined) {
   EXPECT_TRUE(plot->labels.empty());
   const std::string page = written(s);
   EXPECT_NE(page.find("Seconds to an error of energy."), std::string::npos);
-  EXPECT_EQ(count_of(page, "To an error of energy of "), 1u);
+  EXPECT_EQ(count_of(page, "An error of energy of "), 1u);
 }
 
 TEST_F(CostReport, CutsOffWhatGoesFarBeyondAllElseAndNamesItsPointsByNumberWhereThereAreMany) {

@@ -79,6 +79,35 @@ TEST_F(Predict, TakesLaterFramesFromTheFinestRunThatWasFollowed) {
   EXPECT_GT(after, 2 * before);
 }
 
+// A step of what pours has a cost that is always there: what a small run's end takes is not as many times more as the shot has particles more.
+TEST_F(Predict, OfWhatPoursGoesByTheParticlesThatAreThere) {
+  const app::Shot shot = read("[shot]\nframes = 24\n[sim]\n" + kRoom + kGravity + source("tap", "[[0.1, 0.1, 0.2], [0.2, 0.2, 0.3]]", "[0, 0, -1]") + "[render]\n" + kSmallPicture,
+                              {"sim.cell=0.0125"});
+  constexpr std::int64_t kLast = 24;
+  const double particles = app::particles_at(shot, kLast), fixed = 0.01, each = 1e-6;
+  const auto pouring = [&](double all, double cell, std::int64_t last) {
+    app::MicroRun run = run_of(all, cell, 400, 4, last);
+    for (auto& [frame, cost] : run.frames) {
+      const double there = all / particles * app::particles_at(shot, frame);
+      cost.cpu.at("simulate/p2g") = cost.steps * (fixed + each * there);
+      cost.cpu.at("surface/rasterize") = 0.1 + 1e-5 * there;
+    }
+    return run;
+  };
+  const app::Pilot pilot{.small = pouring(particles / 64, 0.05, 3), .wide = pouring(particles / 64, 0.05, kLast), .fine = pouring(particles / 8, 0.025, 3), .last = kLast, .seconds = 1};
+  const app::Prediction p = app::predict(shot, pilot, {1, kLast});
+  const double steps = sim::steps_in_frame(shot.scene, shot.fps, 1, 1);
+  double simulate = 0, surface = 0;
+  for (std::int64_t frame = 1; frame <= kLast; ++frame) {
+    const double there = app::particles_at(shot, frame);
+    if (frame > 1) simulate += steps * (fixed + each * there);
+    if (frame > 3) surface += 0.1 + 1e-5 * there;
+  }
+  EXPECT_GT(each * particles, fixed);
+  EXPECT_NEAR(p.cpu.at("simulate"), simulate, 0.02 * simulate);
+  EXPECT_NEAR(p.cpu.at("surface"), surface, 0.2 * surface);
+}
+
 TEST_F(Predict, StepsAreThoseOfTheSimulation) {
   const app::Shot shot = read(kTank + kGravity, {"sim.cell=0.05"});
   const auto simulation = sim::make_simulation(shot.scene, shot.fps);

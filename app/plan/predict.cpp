@@ -36,6 +36,7 @@ class Predictor {
       const double a = step_cost(pilot_.wide, 1, first_, key), c = step_cost(pilot_.fine, 1, first_, key);
       a_step_ += c * std::pow(particles_ / pilot_.fine.particles, power(a, c, pilot_.wide.particles, pilot_.fine.particles, 0.1 * kTiny, 1));
     }
+    if (pours()) poured_ = poured_steps();
   }
 
   Prediction predict(const FrameRange& range) const {
@@ -102,10 +103,46 @@ class Predictor {
     const double first = get(found->second, costs, key) * growth(costs, key, least);
     const auto last = pilot_.wide.frames.find(pilot_.last);
     if (!pours() || frame <= first_ || pilot_.last <= first_ || last == pilot_.wide.frames.end()) return first * later(costs, key, frame);
-    // What pours has next to nothing in its first frames: its end is measured, and grows with the particles.
-    const double larger = is_picture(key) ? picture_growth(pilot_.wide, costs, key, least) : key == "ledger" ? 1 : particles_ / pilot_.wide.particles;
-    const double end = larger * get(last->second, costs, key);
-    return first + std::min(1.0, double(frame - first_) / double(pilot_.last - first_)) * (end - first);
+    // What pours has next to nothing in its first frames: its end is measured, and what is no picture's goes by the particles that are there.
+    const double share = std::min(1.0, double(frame - first_) / double(pilot_.last - first_)), end = get(last->second, costs, key);
+    if (is_picture(key)) return first + share * (picture_growth(pilot_.wide, costs, key, least) * end - first);
+    if (key == "ledger") return first + share * (end - first);
+    return line_through({{poured(pilot_.wide, first_), get(pilot_.wide.frames.at(first_), costs, key), 1}, {poured(pilot_.wide, pilot_.last), end, 1}}).at(particles_at(shot_, frame));
+  }
+
+  /// Particles of a run in a frame of a shot that pours.
+  double poured(const MicroRun& run, std::int64_t frame) const { return run.particles / particles_ * particles_at(shot_, frame); }
+
+  /// Cost by particles: some that is always there, and some for each.
+  struct Line {
+    double fixed = 0, each = 0;
+    double at(double particles) const { return fixed + each * particles; }
+  };
+  struct Sample {
+    double particles, cost, weight;
+  };
+  /// The nearest with nothing below 0, by weighted least squares.
+  static Line line_through(const std::vector<Sample>& samples) {
+    double w = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (const Sample& s : samples) w += s.weight, x += s.weight * s.particles, y += s.weight * s.cost, xx += s.weight * s.particles * s.particles, xy += s.weight * s.particles * s.cost;
+    const double det = w * xx - x * x;
+    if (!(det > 1e-9 * w * xx)) return {w > 0 ? y / w : 0, 0};
+    const Line line{(y * xx - x * xy) / det, (w * xy - x * y) / det};
+    if (line.each < 0) return {y / w, 0};
+    if (line.fixed < 0) return {0, xy / xx};
+    return line;
+  }
+
+  /// [s] of a step by particles, where a shot pours.
+  Line poured_steps() const {
+    std::vector<Sample> samples;
+    for (const MicroRun* run : {&pilot_.wide, &pilot_.fine})
+      for (const auto& [frame, cost] : run->frames) {
+        double seconds = 0;
+        for (const std::string& key : step_keys_) seconds += get(cost, &FrameCost::cpu, key);
+        if (cost.steps > 0) samples.push_back({poured(*run, frame), seconds / cost.steps, cost.steps});
+      }
+    return line_through(samples);
   }
 
   double speed(std::int64_t frame) const {
@@ -142,17 +179,13 @@ class Predictor {
   double late_steps() const {
     const MicroRun& run = pilot_.fine.frames.contains(pilot_.last) ? pilot_.fine : pilot_.wide;
     double early = 0, late = 0;
-    if (pours() && pilot_.last > first_ && a_step_ > 0) {
-      for (const std::string& key : step_keys_) late += step_cost(run, first_, pilot_.last, key);
-      return late * particles_ / run.particles / a_step_;
-    }
     for (const std::string& key : step_keys_) early += step_cost(run, 1, first_, key), late += step_cost(run, first_, pilot_.last, key);
     return early > 0 && late > 0 ? late / early : 1;
   }
 
   void add_simulation(std::int64_t frame, std::int64_t last, double late, Prediction& out) const {
     double& seconds = out.cpu["simulate"];
-    seconds += steps(frame) * a_step_ * (frame > first_ ? late : 1);
+    seconds += steps(frame) * (pours() ? poured_.at(particles_at(shot_, frame)) : a_step_ * (frame > first_ ? late : 1));
     const auto found = pilot_.fine.frames.find(std::min(frame, first_));
     if (found != pilot_.fine.frames.end())
       for (const auto& [key, unused] : found->second.cpu) {
@@ -194,6 +227,7 @@ class Predictor {
   const Pilot& pilot_;
   double particles_ = 0, pixels_ = 0, samples_ = 0;   // particles at the shot's last frame
   double a_step_ = 0;                       // [s] among the first frames, at the shot's size
+  Line poured_;                             // [s] a step, of a shot that pours
   std::int64_t first_ = 1;
   std::vector<std::string> step_keys_;
 };

@@ -134,7 +134,7 @@ class FrameMaker {
   std::optional<At> at_;
 };
 
-// A film of every finished picture.
+// A film of every finished picture. One picture that is tried in other light is none, and leaves the film of all as it was.
 void make_movies(const Making& m, Finished& finished, base::Progress& progress) {
   for (const Stage stage : {Stage::preview, Stage::render}) {
     if (!m.wants(stage)) continue;
@@ -142,6 +142,11 @@ void make_movies(const Making& m, Finished& finished, base::Progress& progress) 
     std::vector<std::int64_t> frames = m.folder.recorded_frames(stage);
     finished.look(stage, frames);
     const std::size_t others = std::erase_if(frames, [&](std::int64_t frame) { return !finished.has(stage, frame); });
+    std::error_code none;
+    if (others > 0 && frames.size() <= 1 && fs::exists(m.folder.movie(stage), none)) {
+      progress.line("movie  as it was: " + std::to_string(others) + " of its frames are of other keys, or not whole");
+      continue;
+    }
     if (others > 0) progress.line("movie  " + base::count_of(frames.size(), "frame") + "; " + std::to_string(others) + " more are of other keys, or not whole");
     make_movie(m.folder, stage, frames, m.shot.fps, m.order.threads);
   }
@@ -203,8 +208,9 @@ nlohmann::ordered_json make_and_write(const Making& m, Finished& finished, Point
 
 // Where the result of the last stage asked for lies.
 fs::path result_of(const Making& m) {
-  if (m.wants(Stage::render)) return m.folder.movie(Stage::render);
-  if (m.wants(Stage::preview)) return m.folder.movie(Stage::preview);
+  const bool is_one = m.range.first == m.range.last;
+  for (const Stage stage : {Stage::render, Stage::preview})
+    if (m.wants(stage)) return is_one ? m.folder.outputs(stage, m.range.first).back() : m.folder.movie(stage);
   return m.folder.outputs(m.order.stages.back(), 1).front().parent_path();
 }
 

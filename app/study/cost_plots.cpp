@@ -147,6 +147,13 @@ void add_schemes(Plot& plot, const Study& study, const StudyCase& part) {
   }
 }
 
+/// Of what was refined those on the front alone: there are many.
+std::vector<const Variant*> with_bars(const Study& study, const StudyCase& part) {
+  std::vector<const Variant*> variants = variants_of(study, part);
+  if (study.is_refined) std::erase_if(variants, [](const Variant* v) { return !v->pareto; });
+  return variants;
+}
+
 }  // namespace
 
 std::vector<const Variant*> variants_of(const Study& study, const StudyCase& part) {
@@ -167,9 +174,8 @@ std::optional<Plot> error_plot(const Study& study, const StudyCase& part, Measur
   for (const Variant* v : on_front) front.x.push_back(v->seconds_median), front.y.push_back(*v->errors[measure]);
   if (front.x.size() > 1) plot.series.push_back(front);
   if (study.is_refined && measure == part.decides) {
-    const std::size_t before = plot.series.size();
     add_schemes(plot, study, part);
-    if (plot.series.size() - before < 2) return {};
+    if (std::none_of(plot.series.begin(), plot.series.end(), [](const Series& s) { return s.x.size() > 1; })) return {};
     plot.height = 640;
     plot.note = "of each scheme what none of its other variants beats";
     return plot;
@@ -213,7 +219,7 @@ std::optional<Plot> enstrophy_plot(const Study& study, const StudyCase& part) {
 }
 
 std::optional<Plot> seconds_plot(const Study& study, const StudyCase& part) {
-  const std::vector<const Variant*> variants = variants_of(study, part);
+  const std::vector<const Variant*> variants = with_bars(study, part);
   std::vector<std::map<std::string, double>> values;
   for (const Variant* v : variants) {
     values.emplace_back();
@@ -225,7 +231,7 @@ std::optional<Plot> seconds_plot(const Study& study, const StudyCase& part) {
 }
 
 std::optional<Plot> losses_plot(const Study& study, const StudyCase& part) {
-  const std::vector<const Variant*> variants = variants_of(study, part);
+  const std::vector<const Variant*> variants = with_bars(study, part);
   std::vector<std::map<std::string, double>> values;
   for (const Variant* v : variants) {
     values.emplace_back();

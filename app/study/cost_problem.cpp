@@ -75,7 +75,8 @@ Measure deciding_error(const sim::ProblemRow& row, const Study& study, const Cos
 
 void refuse_cases_to_refine(const std::vector<Varied>& refine) {
   for (const Varied& v : refine)
-    if (v.key.starts_with(kOwn)) throw base::Error({.file = "--refine " + v.key, .hint = "--vary " + v.key + " makes a case of each value", .message = "would ask another question"});
+    if (is_scheme_key(v.key)) throw base::Error({.file = "--refine " + v.key, .hint = "--vary " + v.key + " tries several", .message = "would make another scheme"});
+    else if (v.key.starts_with(kOwn)) throw base::Error({.file = "--refine " + v.key, .hint = "--vary " + v.key + " makes a case of each value", .message = "would ask another question"});
 }
 
 Overrides with(const Overrides& all, const std::vector<std::string>& sets) {

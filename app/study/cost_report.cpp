@@ -138,16 +138,19 @@ void add_times(Page& page, const StudyCase& part) {
     rows.push_back({Cell(row.scheme)});
     rows.back().back().is_name = true;
     for (std::size_t l = 0; l < times.levels.size(); ++l) {
-      if (!row.seconds[l]) {
+      const auto& reach = row.reaches[l];
+      if (!reach) {
         rows.back().emplace_back();
         continue;
       }
-      rows.back().emplace_back(number("%.3g", *row.seconds[l]), *row.seconds[l]);
-      rows.back().back().strong = std::none_of(times.rows.begin(), times.rows.end(), [&](const TimeToError::Row& other) { return other.seconds[l] && *other.seconds[l] < *row.seconds[l]; });
+      rows.back().emplace_back((reach->at_most ? "≤ " : "") + number("%.3g", reach->seconds), reach->seconds);
+      rows.back().back().strong = std::none_of(times.rows.begin(), times.rows.end(), [&](const TimeToError::Row& other) {
+        return &other != &row && other.reaches[l] && (other.reaches[l]->at_most || other.reaches[l]->seconds < reach->seconds);
+      });
     }
   }
   const std::string error(kMeasureNames[static_cast<std::size_t>(part.decides)]);
-  page.table(columns, rows, "Seconds to an error of " + error + ". Between two variants of a scheme seconds are a power of the error; empty: nothing that was tried comes to it.");
+  page.table(columns, rows, "Seconds to an error of " + error + ". Between two variants of a scheme seconds are a power of the error. ≤: the fastest that was tried has less error; empty: nothing that was tried comes to it.");
 }
 
 /// "polypic full linear, cell 0.02 m"

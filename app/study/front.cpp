@@ -110,7 +110,7 @@ void judge(Study& study) {
     c.sentences = sentences(c, front);
     if (!study.is_refined) continue;
     c.times = time_to_error(study, c);
-    c.sentences = sentences_of(c.times, std::string(kMeasureNames[static_cast<std::size_t>(c.decides)]));
+    if (!c.times.levels.empty()) c.sentences = sentences_of(c.times, std::string(kMeasureNames[static_cast<std::size_t>(c.decides)]));
   }
   if (std::string doubt = doubt_of_the_clock(study); !doubt.empty()) study.notes.push_back(std::move(doubt));
 }

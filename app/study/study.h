@@ -72,19 +72,23 @@ struct Variant {
 
 /// How long it takes schemes that were refined to come to an error, of the kind that decides.
 struct TimeToError {
+  struct Reach {
+    double seconds = 0;            // [s]
+    bool at_most = false;          // the fastest variant has less error, and no coarser one was tried
+  };
   struct Row {
     std::string scheme;
-    std::vector<std::optional<double>> seconds;   // [s] by level; none: nothing that was tried comes to it
+    std::vector<std::optional<Reach>> reaches;   // by level; none: nothing that was tried comes to it
   };
   std::vector<double> levels;      // falling
-  std::vector<Row> rows;           // in the order of the ladder
+  std::vector<Row> rows;           // of schemes that ran, in the order of the ladder
 };
 
 /// Variants that are compared with each other: one value of the problem's own parameters, or the shot at one resolution and the other.
 struct StudyCase {
   std::string name;                // "8 cells a wavelength"; "dam_break"
   Measure decides = Measure::energy;                       // the error that fronts and sentences are about
-  std::array<std::string, 3> sentences;                    // the best value, what the next rung costs, what the rung below loses
+  std::array<std::string, 3> sentences;                    // the best value, what the next rung costs, what the rung below loses; or of `times`
   Errors noise;                    // of shots: the distance between two runs of the reference with different seeds
   TimeToError times = {};          // without levels unless schemes were refined
 };

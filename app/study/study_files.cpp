@@ -61,10 +61,10 @@ Json errors_json(const Errors& errors) {
 }
 
 Json times_json(const TimeToError& times) {
-  Json out = {{"errors", times.levels}, {"schemes", Json::object()}};
+  Json out = {{"errors", times.levels}, {"schemes", Json::object()}, {"at_most", Json::object()}};
   for (const TimeToError::Row& row : times.rows) {
-    Json& seconds = out["schemes"][row.scheme] = Json::array();
-    for (const std::optional<double>& s : row.seconds) seconds.push_back(s ? Json(*s) : Json());
+    Json &seconds = out["schemes"][row.scheme] = Json::array(), &at_most = out["at_most"][row.scheme] = Json::array();
+    for (const auto& reach : row.reaches) seconds.push_back(reach ? Json(reach->seconds) : Json()), at_most.push_back(reach && reach->at_most);
   }
   return out;
 }
@@ -96,7 +96,7 @@ std::string times_text(const StudyCase& c, std::size_t width) {
   text += "\n";
   for (const TimeToError::Row& row : c.times.rows) {
     text += fmt::format("    {:<{}}", row.scheme, width);
-    for (const std::optional<double>& s : row.seconds) text += fmt::format(" {:>9}", number(s));
+    for (const auto& reach : row.reaches) text += fmt::format(" {:>9}", reach ? (reach->at_most ? "<=" : "") + number(reach->seconds) : "-");
     text += "\n";
   }
   return text;

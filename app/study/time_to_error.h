@@ -16,11 +16,12 @@ std::vector<const Variant*> own_front(const Study&, const StudyCase&, const std:
 /// The schemes of a case, in the order of the ladder.
 std::vector<std::string> schemes_of(const Study&, const StudyCase&);
 
-/// At round errors, 1, 2 and 5 times a power of ten, that two schemes at least come to. Between two variants of a scheme's own front seconds are a
-/// power of the error; where its fastest one has less error than asked for, it is that one's.
+/// At round errors, 1, 2 and 5 times a power of ten, that two schemes at least come to; at the least of those errors where there is no round one; at
+/// none where fewer than two ran. Between two variants of a scheme's own front seconds are a power of the error.
 TimeToError time_to_error(const Study&, const StudyCase&);
 
-/// Who is first at the least error that half of the schemes come to, how much longer the others take, and who does not come to it.
+/// Who takes least to the least error that half of the schemes come to, how many times as long the others take, and who does not come to it. There must
+/// be a level.
 std::array<std::string, 3> sentences_of(const TimeToError&, const std::string& error);
 
 }  // namespace app

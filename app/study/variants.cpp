@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kSchemeKeys{"sim.transfer", "sim.kernel", "sim.modes", "sim.splitting", "sim.carry"};
 
-bool is_scheme_key(const std::string& key) { return std::find(kSchemeKeys.begin(), kSchemeKeys.end(), key) != kSchemeKeys.end(); }
-
 const std::string* value_of(const Sets& sets, std::string_view key) {
   for (const auto& [name, value] : sets)
     if (name == key) return &value;
@@ -38,6 +36,8 @@ Sets scheme(const char* transfer, const char* kernel, const char* modes, const c
 }
 
 }  // namespace
+
+bool is_scheme_key(const std::string& key) { return std::find(kSchemeKeys.begin(), kSchemeKeys.end(), key) != kSchemeKeys.end(); }
 
 Varied parse_vary(const std::string& text, const std::string& option) {
   const std::size_t equals = text.find('=');

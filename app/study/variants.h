@@ -18,6 +18,9 @@ struct Varied {
   std::string option = "--vary";   // that asks for it, or "--refine"
 };
 
+/// Whether it is one of those that make a scheme: transfer, kernel, modes, splitting, carry.
+bool is_scheme_key(const std::string& key);
+
 /// "sim.modes=4,8,full": commas within brackets, braces and quotes part nothing. Throws base::Error (exit 2) on anything else.
 Varied parse_vary(const std::string& text, const std::string& option = "--vary");
 

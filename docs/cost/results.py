@@ -16,7 +16,20 @@ def sentence(text, name):
     return (text if text.startswith(name) else text[0].upper() + text[1:]) + "."
 
 
+def seconds_to_error(case):
+    times = case["seconds_to_error"]
+    lines = [f"**{case['name']}.** " + " ".join(s for s in case["sentences"] if s), "", f"Seconds to an error of {case['decides']} of:", ""]
+    lines.append("| scheme | " + " | ".join(f"{level:g}" for level in times["errors"]) + " |")
+    lines.append("| --- |" + " --- |" * len(times["errors"]))
+    for name, seconds in times["schemes"].items():
+        cells = ["" if s is None else ("≤ " if bound else "") + f"{s:.3g}" for s, bound in zip(seconds, times["at_most"][name])]
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return lines
+
+
 def table(study, case):
+    if "seconds_to_error" in case:
+        return seconds_to_error(case)
     rows = [v for v in study["variants"] if v["case"] == case["name"]]
     shown = [m for m in MEASURES if any("error_" + m in v for v in rows)]
     lines = [f"**{case['name']}.** " + " ".join(s for s in case["sentences"] if s), ""]

@@ -63,7 +63,6 @@ class Liquid final : public Simulation {
 
   double begin_frame() override {
     step_.clear_counts();
-    step_.forget_motion();   // a state holds no field, and whoever goes on from one must come to the same bits
     clear_counts();
     return 1 / fps_;
   }
@@ -78,7 +77,7 @@ class Liquid final : public Simulation {
   }
 
   std::unique_ptr<Moment> moment() const override { return keep_moment(changing(*this)); }
-  void go_back(const Moment& moment) override { put_back(moment, changing(*this)), step_.forget_motion(); }
+  void go_back(const Moment& moment) override { put_back(moment, changing(*this)); }
 
   void restrain(const Restraint& restraint) override { restraint_ = restraint; }
   Frame frame() const override;
@@ -95,7 +94,7 @@ class Liquid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.particles_, s.solids_, s.births_.given(), s.step_.counts(), s.step_.audit(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_,
+    return std::tie(s.particles_, s.solids_, s.births_.given(), s.step_.counts(), s.step_.audit(), s.step_.past(), s.watch_, s.drift_, s.uncorrected_, s.aim_, s.substeps_,
                     s.splitting_fallbacks_, s.steps_by_motion_, s.steps_by_impact_, s.collider_work_, s.gravity_work_, s.largest_cfl_);
   }
 
@@ -141,15 +140,15 @@ class Liquid final : public Simulation {
       add_work(2 * solid_work());   // the particles get the pressure twice
       step_.gather_reflected(gather_rule(half, motion.speed), particles_, ledger);
       solids_.move_to(start + half);
-      way = step_.move(half, particles_, ledger);
+      way = step_.move(half, reflects, particles_, ledger);
       add_work(particles_.mass * step_.source_work());
       step_.scatter(particles_, half, ledger);
       const double rest = project(half, [&](double part) -> base::Vec3 { return (half + part) * gravity_; }, ledger);
       dt = half == dt / 2 && rest == half ? dt : half + rest;
-      way += finish(rest, start + dt, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
+      way += finish(rest, start + dt, reflects, options_.transfer == Transfer::flip ? motion_of_particles(ledger).speed : 0, ledger);
     } else {
       dt = project(dt, [&](double whole) -> base::Vec3 { return whole * gravity_; }, ledger);
-      way = finish(dt, start + dt, motion.speed, ledger);
+      way = finish(dt, start + dt, reflects, motion.speed, ledger);
     }
     add_work(solid_work());
     pour(dt >= left ? double(frame_) / fps_ : start + dt, ledger);
@@ -179,7 +178,7 @@ class Liquid final : public Simulation {
 
   /// The last projection's field to the particles, of which the fastest has `speed` [m/s], and their motion, which ends at `end` [s]. Returns the
   /// longest way of one [cells].
-  double finish(double dt, double end, double speed, base::Ledger& ledger) {
+  double finish(double dt, double end, bool reflects, double speed, base::Ledger& ledger) {
     drift_.reset();
     LiquidVolume volume;
     if (step_.has_surface() && particles_.size() > 0) {
@@ -199,7 +198,7 @@ class Liquid final : public Simulation {
     }
     step_.gather(gather_rule(dt, speed), particles_, ledger);
     solids_.move_to(end);
-    const double way = step_.move(dt, particles_, ledger);
+    const double way = step_.move(dt, reflects, particles_, ledger);
     add_work(particles_.mass * step_.source_work());
     if (corrects) watch_.add_work(particles_.mass * step_.shift_work());   // it is no motion, and lifts the liquid
     return way;
@@ -299,6 +298,9 @@ class Liquid final : public Simulation {
 
   /// From the domain's floor; without the part along periodic axes, which have none.
   double potential_energy() const { return sim::potential_energy(particles_, downhill(gravity_, options_), options_); }
+
+  /// Of a state: the field before the last motion, along an axis [m/s].
+  static std::string past_column(int axis) { return std::string("past_velocity_") + "xyz"[axis]; }
 
   static constexpr double kShortestStep = 1e-4;   // [frames]
   static constexpr const char* kSmallerSteps = "a smaller sim.cfl may help";
@@ -415,6 +417,10 @@ State Liquid<D, Real>::state() const {
   }
   if (options_.splitting == Splitting::reflection)
     s.columns.push_back(make_column<double>("energy_watch", std::vector<EnergyWatch::State>{watch_.state()}, 4));
+  if (step_.has_past()) {
+    s.columns.push_back(make_column<double>("past_motion", std::vector<double>{step_.past().motion}, 1));
+    for (int a = 0; a < D; ++a) s.columns.push_back(make_column<Real>(past_column(a), step_.past().velocity[std::size_t(a)], 1));
+  }
   return s;
 }
 
@@ -434,9 +440,18 @@ void Liquid<D, Real>::restore(const State& s) {
                                                 read_column<std::int64_t>(s, "next_id", 1, 1, next_id));
   std::vector<float> pressure;
   const bool pressed = !options_.write.pressure || read_column<float>(s, "pressure", n, 1, pressure);
-  const bool fits = watched && aimed && poured && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
+  typename FluidStep<D, Real>::Past past;
+  bool has_past = true;
+  if (step_.has_past()) {
+    std::vector<double> motion;
+    has_past = read_column<double>(s, "past_motion", 1, 1, motion);
+    if (has_past) past.motion = motion.front();
+    for (int a = 0; a < D; ++a) has_past = has_past && read_column<Real>(s, past_column(a), past.motion > 0 ? std::int64_t(step_.blocks().size()) : 0, 1, past.velocity[std::size_t(a)]);
+  }
+  const bool fits = watched && aimed && has_past && poured && pressed && s.frame >= 1 && read_particles(s, n, solids_.lattice, p);
   if (!fits) throw base::Error({.message = "the state does not fit the scene"});
   particles_ = std::move(p);
+  step_.past() = std::move(past);
   if (!watch.empty()) watch_.restore(watch.front());
   if (!correction.empty()) aim_ = correction[0], uncorrected_ = {correction[1], correction[2]};
   pressure_ = std::move(pressure);

@@ -51,7 +51,6 @@ int FluidStep<D, Real>::layers() const {
 template <int D, class Real>
 void FluidStep<D, Real>::scatter(Particles<D, Real>& particles, double dt, base::Ledger& ledger) {
   displaces_ = departed_ = false;
-  if (options_.splitting == Splitting::reflection && !free_surface_) std::swap(before_, grid_.velocity);
   {
     const auto pass = ledger.pass("sort", 2 * bytes_of(particles));
     ranges_ = order_.sort(particles, solids_.lattice, transfer_.home());
@@ -299,7 +298,22 @@ void FluidStep<D, Real>::gather_reflected(const GatherRule& rule, Particles<D, R
 }
 
 template <int D, class Real>
-double FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::Ledger& ledger) {
+bool FluidStep<D, Real>::foresee(double dt) {
+  // What a force just gave does not go on; faces that a solid sweeps over, or a source holds, were others before.
+  if (past_.motion == 0 || pushed_ || solids_.speed() > 0 || (sources_ && sources_->acts())) return false;
+  const Real part = Real(std::min(1.0, dt / (2 * past_.motion))), most = Real(2 * options_.cfl * options_.cell / dt);   // as fast as a projection may be
+  for (int a = 0; a < D; ++a)
+    base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Real now = grid_.velocity[a][i], bound = std::max(most, std::abs(now));
+        past_.velocity[a][i] = std::clamp(now + part * (now - past_.velocity[a][i]), -bound, bound);
+      }
+    });
+  return true;
+}
+
+template <int D, class Real>
+double FluidStep<D, Real>::move(double dt, bool reflects, Particles<D, Real>& particles, base::Ledger& ledger) {
   CellRanges ranges = std::exchange(ranges_, {});
   if (!std::exchange(departed_, false)) depart(particles, ledger);
   if (displaces_) {
@@ -314,17 +328,10 @@ double FluidStep<D, Real>::move(double dt, Particles<D, Real>& particles, base::
   double way;
   {
     const auto pass = ledger.pass("advect", bytes_of(particles) + 2 * grid_bytes());
-    const bool ahead = foresees();
-    if (ahead) {
-      const Real part = Real(std::min(1.0, dt / (2 * last_motion_)));
-      for (int a = 0; a < D; ++a)
-        base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) before_[a][i] = grid_.velocity[a][i] + part * (grid_.velocity[a][i] - before_[a][i]);
-        });
-    }
-    way = advect(transfer_, blocks_, ahead ? before_ : grid_.velocity, dt, options_.advection, solids_, ranges, particles);
+    const bool ahead = reflects && foresee(dt);
+    way = advect(transfer_, blocks_, ahead ? past_.velocity : grid_.velocity, dt, options_.advection, solids_, ranges, particles);
   }
-  last_motion_ = dt;
+  if (has_past()) past_.velocity = grid_.velocity, past_.motion = dt;
   audit("advect", particles, ledger);
   move_held(dt, particles, ledger);
   if (solids_.any()) {
@@ -416,7 +423,7 @@ void FluidStep<D, Real>::set_velocity(const ActiveBlocks<D>& blocks, FaceField<D
   blocks_ = blocks;
   grid_.velocity = std::move(field);
   scattered_ = grid_.velocity;
-  forget_motion();
+  past_ = {};
   for (auto& valid : valid_) valid.assign(blocks_.size(), 1);
   for (auto& mass : grid_.mass) mass.assign(blocks_.size(), Real(options_.particles_per_cell));   // nothing is light
 }

@@ -50,11 +50,19 @@ class FluidStep {
   /// Motion: whoever is then outside an open side is gone. Before it the particles shift by the displacement that `correct_volume` found, where it
   /// did since `scatter`, which changes their places but not the flow: in `gather`, or here where an audit is to see it apart. Returns the longest way
   /// that the motion took a particle [cells].
-  /// The field is the last projection's. Where the splitting reflects and there is no free surface, it is the one of the motion's middle, as far as this
-  /// projection and the one before tell, v + dt / 2 (v - v_before) / dt_before: of second order in flow that changes, too [Narain19].
-  double move(double dt, Particles<D, Real>&, base::Ledger&);
-  /// The next motion knows of no projection before its own: after a jump, or where a state does not hold the field.
-  void forget_motion() { last_motion_ = 0; }
+  /// The field is the last projection's; in a step that `reflects`, where the one before is known (`past`), that of the motion's middle as far as the two
+  /// tell, v + dt / 2 (v - v_before) / dt_before: of second order in flow that changes, too.
+  double move(double dt, bool reflects, Particles<D, Real>&, base::Ledger&);
+
+  /// What the last motion leaves to the next; of a splitting that reflects, without a free surface.
+  struct Past {
+    FaceField<D, Real> velocity;       // of the last projection, before that motion; empty where there is none
+    double motion = 0;                 // [s] how long it was; 0: none
+  };
+  Past& past() { return past_; }
+  const Past& past() const { return past_; }
+  /// Whether motions leave anything.
+  bool has_past() const { return options_.splitting == Splitting::reflection && !free_surface_; }
   /// What the liquid fills, by its surface at the last `scatter` [cells].
   LiquidVolume volume() const { return liquid_volume<D>(cells_, filling_, blocks_); }
   /// A displacement that takes back `gain` [1] of how much denser, or thinner, the liquid's inside is than `aim` times as it was seeded.
@@ -115,8 +123,8 @@ class FluidStep {
   /// Faces through which a source's medium comes in out of the air get its velocity: nobody is drawn in there, and what flies along the source is not
   /// braked.
   void open_inflow();
-  /// Whether the change from the field before to this one may go on through a motion.
-  bool foresees() const { return options_.splitting == Splitting::reflection && !free_surface_ && last_motion_ > 0 && !pushed_ && !(sources_ && sources_->acts()); }
+  /// Makes the past field that of the middle of a motion of dt [s]; false where its change may not go on that long.
+  bool foresee(double dt);
   /// Moves them as their source does, and out of sources who has come into one.
   void move_held(double dt, Particles<D, Real>&, base::Ledger&);
   std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * D * sizeof(Real)); }
@@ -141,8 +149,7 @@ class FluidStep {
   MacVelocity<D, Real> grid_;
   FaceField<D, Real> scattered_;      // the field after P2G, before forces
   FaceField<D, Real> reflected_;      // 2 v - v*; empty unless the splitting reflects
-  FaceField<D, Real> before_;         // of the last motion; empty where none is foreseen
-  double last_motion_ = 0;            // [s] how long that was; 0: not known
+  Past past_;
   bool pushed_ = false;               // what forces gave before the last projection was more than pressure takes back
   FaceSums scattered_sums_;
   FaceMask<D> valid_;

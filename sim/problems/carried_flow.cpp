@@ -57,7 +57,9 @@ class CarriedFlow final : public Problem {
 
   std::string objection(const Scene& scene) const override {
     if (std::string plain = periodic_objection(scene, kind_.dimension); !plain.empty()) return plain;
-    const double cells = scene.options.domain.size().x() / scene.options.cell / double(waves_);   // a wavelength
+    const double edge = scene.options.domain.size().x(), cells = edge / scene.options.cell / double(waves_);   // a wavelength
+    if (const double deep = scene.options.domain.size().z() * double(waves_) / edge; !kind_.in_plane && (deep < 0.5 || std::abs(deep - std::round(deep)) > 1e-6))
+      return fmt::format("sim.domain: must be a whole number of wavelengths deep, and is {:.4g}", deep);
     if (cells < 4 * (1 - 1e-9))
       return fmt::format("problem.waves = {}: a wavelength has {:.3g} cells of sim.cell = {:.4g} m, and needs 4", waves_, cells, scene.options.cell);
     return "";
@@ -97,7 +99,7 @@ std::unique_ptr<Problem> make_taylor_green(int dimension) {
 std::unique_ptr<Problem> make_taylor_green_2d() { return make_taylor_green(2); }
 std::unique_ptr<Problem> make_taylor_green_3d() { return make_taylor_green(3); }
 std::unique_ptr<Problem> make_abc_flow() {
-  return std::make_unique<CarriedFlow>(Kind{3, periodic_box(3, "0.03125", "1"), "waves", 2, "until when; in 2 the fastest particles go once through a wave", abc_speed, nullptr, abc_velocity});
+  return std::make_unique<CarriedFlow>(Kind{3, periodic_box(3, "0.03125", "1"), "waves", 2, "until when; the fastest particles go through .4 of an edge of 1 in a second", abc_speed, nullptr, abc_velocity});
 }
 
 }  // namespace sim

@@ -96,7 +96,7 @@ void KnownFlow<D, Real>::fit_to_walls() {
 template <int D, class Real>
 void KnownFlow<D, Real>::part(double length, bool mirror, base::Ledger& ledger) {
   const GatherRule rule{options_.transfer == Transfer::flip, std::exp(-length / flip_time_)};
-  step_.move(length, particles_, ledger);
+  step_.move(length, options_.splitting == Splitting::reflection, particles_, ledger);
   step_.scatter(particles_, length, ledger);
   step_.project(base::Vec3::Zero(), ledger);
   if (mirror) step_.gather_reflected(rule, particles_, ledger);
