@@ -147,6 +147,9 @@ TEST_F(Resume, NamesTheChangedKeyOfASimulation) {
   // The five other sides come with the one that is written: they are not told.
   EXPECT_EQ(run({"run", "x.toml", "--set", "sim.boundary.y_upper=open"}).err,
             "polypic: out/x/shot.toml: sim.boundary.y_upper = \"open\": the frames here were made without it (--restart or another --out goes on)\n");
+  // A quality sets many keys at once, none of which anybody typed: it is told first.
+  EXPECT_EQ(run({"run", "x.toml", "--quality", "draft", "--set", "sim.cell=0.06"}).err,
+            "polypic: out/x/shot.toml: shot.quality = \"draft\": the frames here were made with \"normal\"; sim.cell changed too (--restart or another --out goes on)\n");
   EXPECT_TRUE(content() == before);
   run_well({"run", "x.toml", "--set", "sim.cell=0.06", "--out", "other"});
   run_well({"simulate", "x.toml", "--set", "shot.checkpoint_every=1", "--set", "shot.checkpoint_keep=5", "--set", "sim.audit=true"});   // in no hash

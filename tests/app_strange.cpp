@@ -363,7 +363,7 @@ TEST_F(Strange, AnyLimitOfAddressSpaceGetsOneLine) {
 TEST_F(Strange, ARunThatFailsBeforeItsFirstFrameSaysSoInRunJson) {
   run_well({"simulate", "x.toml"});
   fs::remove(folder / "out/x/points/points.0002.vdb");
-  const std::string line = "out/x/points/points.0002.vdb: no such file; run simulate first";
+  const std::string line = "out/x/points/points.0002.vdb: no such file; run simulate first (--frames 1 is there)";
   expect_line(run({"surface", "x.toml"}), 2, line);
   EXPECT_EQ(run_json().at("stopped"), (Json{{"code", 2}, {"message", line}, {"stage", "surface"}, {"frame", 1}}));
   EXPECT_EQ(run_json().at("frames").size(), 1u);

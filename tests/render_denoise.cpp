@@ -88,6 +88,17 @@ TEST(Denoise, AveragesWhatIsAlike) {
   EXPECT_NEAR(mean, 0.5, 3e-3);
 }
 
+// One bright path among a pixel's many is no light on its neighbours; a pixel that all of its paths find bright is.
+TEST(Denoise, LeavesNoSquareAroundAPixelThatOnePathHasMadeBright) {
+  constexpr std::size_t kSpike = 24 * kWidth + 32, kBesideIt = kSpike + 2;
+  Estimates e = grey(0.5f, 1e-4f);
+  for (auto& plane : e.color) plane[kSpike] = 400, plane[kBesideIt] = 30;
+  for (auto& plane : e.color_variance) plane[kSpike] = 400.0f * 400, plane[kBesideIt] = 30.0f * 30;
+  EXPECT_LT(error(render::image::denoise(e), [](std::int64_t, std::int64_t) { return 0.5; }), 5e-3);
+  for (auto& plane : e.color_variance) plane[kSpike] = 1;
+  EXPECT_NEAR(render::image::denoise(e)[3 * kSpike], 400, 1);
+}
+
 // The step is three times the noise of a pixel.
 TEST(Denoise, KeepsEdgesOfColor) {
   Estimates e = grey(0.5f, 0.01f);

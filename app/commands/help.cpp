@@ -148,6 +148,7 @@ every run has them, else the film's pictures. PNG files instead of runs are labe
   --json              {file, width, height, labels}
 
   polypic sheet out/pic out/apic out/polypic --frames 24 --out compared.png
+  polypic sheet out/dam_break/images/*.png          one run over time
 )"},
     {"verify", R"(polypic verify [CASE...] [options]     hard cases of the method: exit code 0 when all pass, 6 when one does not
 

@@ -423,6 +423,7 @@ std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const S
     if (!fresh.contains(key)) (find_value(then.written, key) ? changed : of_itself).push_back({key, value, ""});
   std::vector<ChangedKey>& told = changed.empty() ? of_itself : changed;
   for (ChangedKey& key : told) key.key = with_name(key.key, now);
+  if (!told.empty() && then.quality != now.quality) told.insert(told.begin(), {"shot.quality", '"' + then.quality + '"', '"' + now.quality + '"'});   // what set them
   return told;
 }
 

@@ -72,7 +72,8 @@ std::string example_shot();
 struct ChangedKey {
   std::string key, before, now;
 };
-/// What `stage` ("simulate", "surface", "render", "preview") reads otherwise in `now` than in the shot that `resolved_before` is the text of.
+/// What `stage` ("simulate", "surface", "render", "preview") reads otherwise in `now` than in the shot that `resolved_before` is the text of;
+/// first the quality, where that is another.
 /// Throws base::Error when that is no shot.
 std::vector<ChangedKey> changed_keys(const std::string& resolved_before, const Shot& now, const std::string& stage);
 

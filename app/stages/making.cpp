@@ -158,7 +158,10 @@ void check_upstream(const Making& m, Finished& finished) {
     for (const std::int64_t frame : needed) {
       const fs::path file = m.folder.outputs(above, frame).front();
       std::error_code none;
-      if (!fs::exists(file, none)) base::throw_input(file.string(), "no such file; run " + run + " first");
+      if (!fs::exists(file, none)) {
+        const std::string there = std::to_string(m.range.first) + (frame - 1 > m.range.first ? "-" + std::to_string(frame - 1) : "");
+        throw base::Error({.file = file.string(), .hint = frame > m.range.first ? "--frames " + there + " is there" : "", .message = "no such file; run " + run + " first"});
+      }
       if (finished.has(above, frame)) continue;
       const auto record = read_record(m.folder, above, frame);
       if (!record) base::throw_input(file.string(), "is not finished; run " + run + " first");

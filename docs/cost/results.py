@@ -67,7 +67,7 @@ def main():
             found = sorted((studies / subject / "plots").glob(f"error_{case['decides']}*.svg"))
             own = [f for f in found if slug in f.name] or (found if len(study["cases"]) == 1 else [])
             if own:
-                name = f"{subject}.{slug}.svg"
+                name = f"{subject}.svg" if "seconds_to_error" in case else f"{subject}.{slug}.svg"
                 shutil.copyfile(own[0], folder / name)
                 lines += ["", f"![Error of {case['decides']} against seconds]({name})"]
     text = re.sub(r"\d+\.\d{8,}", lambda long: f"{float(long[0]):.3g}", "\n".join(lines))

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace render::image {
 namespace {
@@ -149,10 +150,40 @@ class Band {
   std::vector<float> row_, patch_, sum_, total_;
 };
 
+/// A pixel that one path has made bright differs from all others by no more than its own deviation, counts as like them, and is in all their means: a
+/// square of the window's size. Where it is no surer of itself than that, and hardly any neighbour is nearly as bright, it is as their median.
+Estimates without_spikes(const Estimates& e) {
+  constexpr std::int64_t kAround = 2;                        // [pixels]
+  constexpr float kUnsure = 0.35f, kBrighter = 5;            // deviation over the value; times the third brightest of its neighbours
+  constexpr std::size_t kAsBright = 3;
+  Estimates out = e;
+  tbb::parallel_for(std::int64_t{0}, e.height, [&](std::int64_t y) {
+    const auto sum_at = [&](std::size_t i) { return e.color[0][i] + e.color[1][i] + e.color[2][i]; };
+    std::vector<std::pair<float, std::size_t>> others;
+    for (std::int64_t x = 0; x < e.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * e.width + x);
+      float deviation = 0;
+      for (std::size_t c = 0; c < kColors; ++c) deviation += std::sqrt(e.color_variance[c][i]);
+      if (!(deviation > kUnsure * sum_at(i))) continue;
+      others.clear();
+      for (std::int64_t v = std::max<std::int64_t>(0, y - kAround); v <= std::min(e.height - 1, y + kAround); ++v)
+        for (std::int64_t u = std::max<std::int64_t>(0, x - kAround); u <= std::min(e.width - 1, x + kAround); ++u)
+          if (const auto j = static_cast<std::size_t>(v * e.width + u); j != i) others.emplace_back(sum_at(j), j);
+      if (others.size() < kAsBright) continue;
+      std::sort(others.begin(), others.end());
+      if (sum_at(i) <= kBrighter * others[others.size() - kAsBright].first) continue;
+      const std::size_t median = others[others.size() / 2].second;
+      for (std::size_t c = 0; c < kColors; ++c) out.color[c][i] = e.color[c][median], out.color_variance[c][i] = e.color_variance[c][median];
+    }
+  });
+  return out;
+}
+
 }  // namespace
 
-std::vector<float> denoise(const Estimates& e) {
-  std::vector<float> result(static_cast<std::size_t>(e.width * e.height) * kColors);
+std::vector<float> denoise(const Estimates& traced) {
+  std::vector<float> result(static_cast<std::size_t>(traced.width * traced.height) * kColors);
+  const Estimates e = without_spikes(traced);
   const auto scales = guide_scales(e);
   tbb::parallel_for(std::int64_t{0}, (e.height + kBand - 1) / kBand, [&](std::int64_t band) {
     Band(e, scales, band * kBand, std::min(e.height, (band + 1) * kBand)).run(result);

@@ -19,7 +19,8 @@ struct Estimates {
   std::array<Plane, kGuides> guide, guide_variance;
 };
 
-/// Colours without most of their noise, three a pixel side by side. Weights add up to one, so a constant picture stays as it is. Runs in
+/// Colours without most of their noise, three a pixel side by side. A pixel that its own variance says nothing of, five times as bright as all but two
+/// around it, is taken for the median of these first: its light is lost. Weights add up to one, so a constant picture stays as it is. Runs in
 /// the caller's arena; the same bits for any number of threads.
 std::vector<float> denoise(const Estimates&);
 
