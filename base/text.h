@@ -14,6 +14,9 @@ std::string to_text(double);
 /// "1 frame", "2 frames".
 std::string count_of(std::integral auto n, std::string_view what) { return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s"); }
 
+/// "a", "a and b", "a, b and c".
+std::string listed(std::span<const std::string> words);
+
 /// What a path ends in, in small letters: ".png" of "A.PNG".
 std::string extension_of(const std::filesystem::path&);
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "sim/colliders/solids.h"
 #include "sim/fluid/sources.h"
 #include "sim/seeding.h"
@@ -49,12 +50,6 @@ bool has_own_place(const Shape& shape, const CellRange<D>& range, const Options&
   return false;
 }
 
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i) out += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
-  return out;
-}
-
 /// Of a body without a particle.
 template <int D>
 base::Complaint complaint_about(const Body& body, const Options& o, bool outside, const std::vector<Holder>& holders) {
@@ -69,7 +64,7 @@ base::Complaint complaint_about(const Body& body, const Options& o, bool outside
   if (outside) complaint.message = "no particle: it lies outside the domain";
   else if (names.empty())
     complaint.message = fmt::format("no particle: {} is too small for their spacing of {:.4g} m", it, o.cell / places_along_edge<D>(o));
-  else complaint.message = fmt::format("no particle: {} lies inside {}", it, listed(names));
+  else complaint.message = fmt::format("no particle: {} lies inside {}", it, base::listed(names));
   if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.starts_with("body "); }))
     complaint.hint = "a place belongs to the first body that holds it";
   return complaint;

@@ -57,6 +57,14 @@ TEST(EditDistance, CountsInsertedDeletedReplacedAndSwappedLetters) {
   EXPECT_EQ(base::edit_distance("kitten", "sitting"), 3u);
 }
 
+TEST(Listed, HasAnAndBeforeTheLast) {
+  const std::vector<std::string> words{"a", "b", "c"};
+  EXPECT_EQ(base::listed(words), "a, b and c");
+  EXPECT_EQ(base::listed(std::span(words).first(2)), "a and b");
+  EXPECT_EQ(base::listed(std::span(words).first(1)), "a");
+  EXPECT_EQ(base::listed({}), "");
+}
+
 TEST(NearestWord, IsEmptyWhenNothingIsNear) {
   const std::vector<std::string> words{"cell", "cfl", "domain"};
   EXPECT_EQ(base::nearest_word("cel", words), "cell");

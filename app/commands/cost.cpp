@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include <fmt/format.h>
+
 #include "app/commands/commands.h"
 #include "app/stages/document.h"
 #include "app/stages/folder.h"
@@ -39,12 +41,9 @@ fs::path shot_of(const std::string& subject) {
   }
 }
 
-Measure measure_named(const std::string& word) {
-  const auto at = std::find(kMeasureNames.begin(), kMeasureNames.end(), word);
-  if (at != kMeasureNames.end()) return static_cast<Measure>(at - kMeasureNames.begin());
-  std::string allowed;
-  for (const std::string_view name : kMeasureNames) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
-  throw base::Error({.file = "--error " + word, .message = "must be one of " + allowed});
+Measure deciding_error(const std::string& word) {
+  if (const std::optional<Measure> known = measure_named(word)) return *known;
+  throw base::Error({.file = "--error " + word, .message = fmt::format("must be one of {}", fmt::join(kMeasureNames, ", "))});
 }
 
 /// One study at a time works in a directory, and measures.
@@ -90,7 +89,7 @@ bool cost(const Request& request) {
                   .threads = cores, .repeats = request.repeats, .command = request.line, .dry_run = request.dry_run};
   for (const std::string& text : request.vary) order.vary.push_back(parse_vary(text));
   for (const std::string& text : request.refine) order.refine.push_back(parse_vary(text, "--refine"));
-  if (!request.error.empty()) order.decides = measure_named(request.error);
+  if (!request.error.empty()) order.decides = deciding_error(request.error);
   refuse_what_is_given_twice(order);
   std::error_code failure;
   const fs::file_status there = fs::status(order.out, failure);

@@ -23,11 +23,6 @@ struct Case {
   std::vector<std::string> sets;
 };
 
-Measure measure_named(std::string_view name) {
-  const auto at = std::find(kMeasureNames.begin(), kMeasureNames.end(), name);
-  return static_cast<Measure>(at - kMeasureNames.begin());
-}
-
 /// Those the problem knows, unless its own keys are varied or set.
 std::vector<Case> cases_of(const sim::ProblemRow& row, const CostOrder& order) {
   std::vector<Varied> own;
@@ -64,7 +59,7 @@ std::vector<std::pair<Sets, Sets>> refined(const std::vector<Sets>& schemes, con
 
 /// The order's, or the problem's own. Throws where the problem has no such error.
 Measure deciding_error(const sim::ProblemRow& row, const Study& study, const CostOrder& order) {
-  const Measure own = measure_named(row.decides);
+  const Measure own = measure_named(row.decides).value();
   if (!order.decides || !study.meaning[static_cast<std::size_t>(*order.decides)].empty()) return order.decides.value_or(own);
   std::string known;
   for (std::size_t m = 0; m < kMeasureNames.size(); ++m)

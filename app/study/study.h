@@ -20,6 +20,13 @@ namespace app {
 enum class Measure { energy, position, vorticity, volume, surface, image, velocity };
 inline constexpr std::array<std::string_view, 7> kMeasureNames{"energy", "position", "vorticity", "volume", "surface", "image", "velocity"};
 
+/// None where there is no such kind.
+inline std::optional<Measure> measure_named(std::string_view name) {
+  for (std::size_t m = 0; m < kMeasureNames.size(); ++m)
+    if (kMeasureNames[m] == name) return static_cast<Measure>(m);
+  return {};
+}
+
 struct Errors {
   std::array<std::optional<double>, kMeasureNames.size()> value;
   std::optional<double>& operator[](Measure m) { return value[static_cast<std::size_t>(m)]; }

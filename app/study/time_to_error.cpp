@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "app/study/text.h"
+#include "base/text.h"
 
 namespace app {
 namespace {
@@ -32,12 +33,6 @@ std::vector<double> round_levels(double most, double least, std::initializer_lis
     for (const double digit : digits)
       if (const double level = digit * std::pow(10, power); level <= most && level >= least) levels.push_back(level);
   return levels;
-}
-
-std::string listed(const std::vector<std::string>& words) {
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
-  return text;
 }
 
 }  // namespace
@@ -99,8 +94,8 @@ std::array<std::string, 3> sentences_of(const TimeToError& times, const std::str
   for (std::size_t i = 1; i < there.size(); ++i)
     longer.push_back(there[i].second + " " + most(there[i].first) + ratio_text(there[i].first.seconds / there[0].first.seconds));
   return {fmt::format("An error of {} of {:.3g} takes {} {}{:.3g} s.", error, times.levels[l], there[0].second, most(there[0].first), there[0].first.seconds),
-          longer.empty() ? "" : "Times as long take " + listed(longer) + ".",
-          others.empty() ? "" : "Nothing that was tried brings " + listed(others) + " there."};
+          longer.empty() ? "" : "Times as long take " + base::listed(longer) + ".",
+          others.empty() ? "" : "Nothing that was tried brings " + base::listed(others) + " there."};
 }
 
 }  // namespace app

@@ -2,8 +2,9 @@
 // A flow without a surface whose field is known at all times, moved by the program's own step (sim/fluid/step.h) at a fixed pace: what problems
 // about fluids have in common.
 //
-// A step moves the particles in the last projected field (with reflection in that of the motion's middle, FluidStep::move), then scatters, projects, gathers. With reflection it is two of half its length; after the
-// first the particles get the field mirrored at the projected one, while the projected one moves them [Zehnder18].
+// A step moves the particles in the last projected field (with reflection in that of the motion's middle, FluidStep::move), then scatters, projects,
+// gathers. With reflection it is two of half its length; after the first the particles get the field mirrored at the projected one, while the
+// projected one moves them [Zehnder18].
 #include <functional>
 
 #include "sim/fluid/step.h"
