@@ -47,7 +47,7 @@ void outline_mesh(const sim::Shape& shape, const Vec3f& color, std::vector<raste
   const double apart = bounds.size().maxCoeff() / kPlanes;
   for (std::size_t t = 0; t < shape.mesh->solid->triangles(); ++t) {
     std::array<Vec3, 3> corners = shape.mesh->solid->triangle(t);
-    for (Vec3& corner : corners) corner += shape.mesh->shift;
+    for (Vec3& corner : corners) corner = shape.mesh->place_of(corner);
     for (int axis = 0; axis < 3; ++axis) {
       std::sort(corners.begin(), corners.end(), [&](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
       const double first = std::floor((corners[0][axis] - bounds.lower[axis]) / apart + 0.5);

@@ -128,6 +128,7 @@ struct Preview {
 struct ColliderImage {
   std::size_t collider;
   sim::Shape shape;
+  base::Vec3 by = base::Vec3::Zero();   // [m] from the collider
 };
 
 /// All of the shot that pictures depend on.

@@ -51,7 +51,7 @@ struct Totals {
   EnergyChanges energy_changes = {};      // [J] by stage, since the frame before; empty unless sim.audit
   std::optional<double> volume_drift;     // [1] volume by the liquid's surface over `volume`, less 1, at the frame's last step
   std::int64_t retries = 0;               // times that the watch had the frame done again
-  double collider_work = 0;               // [J] what moving colliders, and what sources pour, did on a liquid, since the frame before
+  double collider_work = 0;               // [J] what moving colliders, and what sources pour, did since the frame before
   double poured_energy = 0;               // [J] kinetic and potential, of what sources gave, since the frame before
   double gravity_work = 0;                // [J] what gravity did along periodic axes, where no potential energy stands for it, since the frame before
   double largest_coefficient = 0;         // [m/s] of any particle and mode

@@ -20,6 +20,9 @@ inline double cut_to(double left, double dt) {
   return 2 * dt > left ? left / 2 : dt;
 }
 
+/// [s] What is left of a frame, or until something changes in it: not what rounding parts the two by.
+inline double left_until(double change, double left) { return change < left * (1 - 1e-9) ? change : left; }
+
 inline constexpr double kFlipCells = 49.75;   // steps of half a cell keep .99
 
 /// [s] in which FLIP decays to PIC: sim.flip_time, or as long as `speed` [m/s], or a fall through the domain if that is faster, takes for kFlipCells;

@@ -234,8 +234,8 @@ std::span<const base::EffectRow<Scene>> effect_rows() {
        [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return c.shape.mesh.has_value(); }); },
        {"collide<solids"}},
       {"moving colliders",
-       {"collider.NAME.velocity"},
-       [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return !c.velocity.isZero(0); }); },
+       {"collider.NAME.velocity", "collider.NAME.spin", "collider.NAME.pivot", "collider.NAME.start", "collider.NAME.end"},
+       [](const Scene& s) { return std::any_of(s.colliders.begin(), s.colliders.end(), [](const Collider& c) { return c.moves(); }); },
        {"collide"}},
   };
   return rows;

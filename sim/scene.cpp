@@ -219,7 +219,15 @@ void Source::params(base::Params& p) {
 void Collider::params(base::Params& p) {
   p("name", name, "unique name, used by --set collider.NAME.key");
   p.table("shape", "where the solid stands at the first frame", [&](base::Params& q) { shape.params(q, true); });
-  p.where(!meets_solids, kOfLiquids, [&] { p("velocity", velocity, "m/s", "velocity of the solid, the same at all times"); });
+  p("velocity", velocity, "m/s", "velocity of the solid while it moves");
+  if (p.vector_size() == 3) p("spin", spin, "rad/s", "turning of the solid while it moves, about its pivot: direction of the axis times speed");
+  else p("spin", spin.z(), "rad/s", "turning of the solid while it moves, about its pivot, counter-clockwise");
+  p.where(!spin.isZero(0), "a spin", [&] { p("pivot", pivot, "m", "what it turns about, at the first frame; moves with `velocity`", "middle of the shape"); });
+  p.where(moves(), "a velocity or a spin", [&] {
+    p("start", start, "s", "when it begins to move; the first frame is 0", base::at_least(0));
+    p("end", end, "s", "when it stops", base::above(0), "never");
+  });
+  p.require(!end || *end > start, "end", "must be later than start");
   p.where(meets_solids, kOfSolids, [&] {
     p.choice("contact", contact, kContactNames, "what a solid body does at it: sticks, slips without leaving it, or leaves it when pulled");
     p.where(contact == Contact::separating, "contact = \"separating\"",
@@ -345,7 +353,7 @@ void measure_meshes(Scene& scene) {
     if (!collider.shape.mesh) continue;
     base::Box within = o.domain;
     for (int a = 0; a < 3; ++a) {
-      const double more = !collider.velocity.isZero(0) ? kAnywhere : kAround * o.cell + (o.periodic(a) ? o.domain.size()[a] : 0);
+      const double more = collider.moves() || !collider.shape.mesh->turn.vec().isZero(0) ? kAnywhere : kAround * o.cell + (o.periodic(a) ? o.domain.size()[a] : 0);
       within.lower[a] -= more, within.upper[a] += more;
     }
     collider.shape.mesh->distances = std::make_shared<const MeshDistance>(collider.shape.mesh->solid, o.cell, o.domain.lower, within);

@@ -15,6 +15,7 @@
 #include "sim/closed_mesh.h"
 #include "sim/material.h"
 #include "sim/mesh_distance.h"
+#include "sim/motion.h"
 
 namespace sim {
 
@@ -50,7 +51,10 @@ struct Shape {
     std::string file;                        // OBJ, PLY or STL
     double scale = 1;                        // [m] of one of the file's units
     base::Vec3 translate = base::Vec3::Zero();  // [m] after scaling
-    base::Vec3 shift = base::Vec3::Zero();   // [m] of an image at the other side of a periodic axis
+    // Where it is: a place p of the file, scaled and translated, is at turn p + shift.
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    base::Vec3 shift = base::Vec3::Zero();   // [m]
+    base::Vec3 place_of(const base::Vec3& p) const { return turn * p + shift; }
     std::shared_ptr<const ClosedMesh> solid; // once the file is read; until then it holds nothing
     std::shared_ptr<const MeshDistance> distances;  // of a collider
   };
@@ -61,7 +65,7 @@ struct Shape {
   /// A source `may_be_mesh` not.
   void params(base::Params&, bool may_be_mesh);
   bool any() const { return box || sphere || mesh; }
-  /// By `angle` [degrees] about `axis` through the box's middle, counter-clockwise seen from its tip.
+  /// A box, by `angle` [degrees] about `axis` through its middle, counter-clockwise seen from its tip; a mesh about its file's origin.
   void turn_by(double angle, const base::Vec3& axis);
   /// Signed distance [m], negative inside; `normal` (when given) gets the outward direction. Of a mesh as MeshDistance has it, or, of a body's,
   /// the sign alone and no normal.
@@ -108,12 +112,21 @@ struct Source {
 struct Collider {
   std::string name;
   Shape shape;                               // at the first frame
-  base::Vec3 velocity = base::Vec3::Zero();  // [m/s] for good; 0 where it meets solids
+  base::Vec3 velocity = base::Vec3::Zero();  // [m/s] while it moves
+  base::Vec3 spin = base::Vec3::Zero();      // [rad/s] while it moves
+  std::optional<base::Vec3> pivot = {};      // [m] at the first frame, of the spin; moves with `velocity`. Unset: the middle of the shape
+  double start = 0;                          // [s]
+  std::optional<double> end = {};            // [s]; unset: it never stops
   Contact contact = Contact::separating;     // of solids; fluids slip
   double friction = 0;                       // [1] Coulomb's, of a separating contact
   bool meets_solids = false;                 // which keys it has: the scene's solver decides
   std::string look = "plaster";
   void params(base::Params&);
+  bool moves() const { return !velocity.isZero(0) || !spin.isZero(0); }
+  base::Vec3 pivot_at_start() const;         // [m]
+  RigidMotion motion() const;                // when it begins to move
+  /// [m/s] that any of it has while it moves, at the most.
+  double speed() const;
 };
 
 /// Something that acts on the material. Nothing acts unless it is named.
@@ -165,10 +178,18 @@ Options with_scheme_of(const Body&, Options options);
 
 /// A collider's shape after `time` [s]; one that has left through a periodic side is back at the other.
 Shape shape_at(double time, const Collider&, const Options&);
+/// How it moves from `time` [s] on, where shape_at says that it is.
+RigidMotion motion_at(double time, const Collider&, const Options&);
 
 Shape moved(Shape, const base::Vec3& by);   // [m]
+Shape turned(Shape, const Eigen::Quaterniond&, const base::Vec3& about);
 
+struct Image {
+  Shape shape;
+  base::Vec3 by = base::Vec3::Zero();        // [m] from what it is the image of
+};
 /// `shape` and, where it reaches across a periodic side of the domain, or comes nearer to it than `margin` [m], its images at the other side.
+std::vector<Image> images_of(const Shape& shape, const Options&, double margin = 0);
 std::vector<Shape> with_images(const Shape& shape, const Options&, double margin = 0);
 
 struct Scene {

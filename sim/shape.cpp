@@ -1,4 +1,5 @@
 // Shapes, of bodies, sources and colliders (sim/scene.h): keys, distances, corners, where they are at a time and their images.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -10,14 +11,6 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
   p("box", box, "m", "two opposite corners of a box", "not a box");
   double angle = 0;
   std::optional<base::Vec3> axis;
-  p.where(box.has_value(), "a box", [&] {
-    p("angle", angle, "degrees", "turn of the box about its middle", base::within(-360, 360));
-    p.where(p.vector_size() == 3, "sim.dimension = 3",
-            [&] { p("axis", axis, "1", "direction about which the box is turned, counter-clockwise seen from its tip", "[0, 0, 1]"); });
-    p.require(!axis || axis->norm() > 1e-9, "axis", "must not be zero");
-    p.require(!axis || angle != 0, "axis", "turns nothing without an angle");
-    turn_by(angle, axis.value_or(base::Vec3::UnitZ()));
-  });
   Sphere round = sphere.value_or(Sphere{});
   const bool is_sphere = p.table("sphere", "a ball", [&](base::Params& q) {
     q("center", round.center, "m", "centre of the sphere");
@@ -38,6 +31,14 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
     mesh = made;
     p.require(!made.file.empty(), "mesh", "needs a file");
   }
+  p.where(box || mesh, "a box or a mesh", [&] {
+    p("angle", angle, "degrees", "turn of a box about its middle, of a mesh about its file's origin", base::within(-360, 360));
+    p.where(p.vector_size() == 3, "sim.dimension = 3",
+            [&] { p("axis", axis, "1", "direction about which it is turned, counter-clockwise seen from its tip", "[0, 0, 1]"); });
+    p.require(!axis || axis->norm() > 1e-9, "axis", "must not be zero");
+    p.require(!axis || angle != 0, "axis", "turns nothing without an angle");
+    turn_by(angle, axis.value_or(base::Vec3::UnitZ()));
+  });
   p.require(box.has_value() + sphere.has_value() + mesh.has_value() == 1, "",
             may_be_mesh ? "needs exactly one of box, sphere and mesh" : "needs exactly one of box and sphere");
   if (box) p.require((box->size().head(p.vector_size()).array() > 0).all(), "box", "the second corner must be above the first in every axis");
@@ -45,7 +46,11 @@ void Shape::params(base::Params& p, bool may_be_mesh) {
 
 void Shape::turn_by(double angle, const base::Vec3& axis) {
   turn.reset();
-  if (angle != 0 && axis.norm() > 0) turn = Eigen::AngleAxisd(angle * M_PI / 180, axis.normalized());
+  if (mesh) mesh->turn.setIdentity(), mesh->shift.setZero();
+  if (angle == 0 || axis.norm() == 0) return;
+  const Eigen::Quaterniond by(Eigen::AngleAxisd(angle * M_PI / 180, axis.normalized()));
+  if (box) turn = by;
+  if (mesh) mesh->turn = by, mesh->shift = mesh->translate - by * mesh->translate;
 }
 
 double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
@@ -57,8 +62,13 @@ double Shape::distance(const base::Vec3& at, base::Vec3* normal) const {
     if (normal) *normal = *turn * *normal;
     return far;
   }
-  if (mesh && mesh->distances) return mesh->distances->distance(at - mesh->shift, normal);
-  if (mesh) return mesh->solid && mesh->solid->inside(at - mesh->shift) ? -1 : 1;
+  if (mesh) {
+    const base::Vec3 in_file = mesh->turn.conjugate() * (at - mesh->shift);
+    if (!mesh->distances) return mesh->solid && mesh->solid->inside(in_file) ? -1 : 1;
+    const double far = mesh->distances->distance(in_file, normal);
+    if (normal) *normal = mesh->turn * *normal;
+    return far;
+  }
   if (sphere) {
     const base::Vec3 from_center = at - sphere->center;
     const double r = from_center.norm();
@@ -114,9 +124,13 @@ base::Box Shape::bounds() const {
     return {middle - reach, middle + reach};
   }
   if (box) return *box;
-  if (mesh)
-    return mesh->solid ? base::Box{mesh->solid->bounds().lower + mesh->shift, mesh->solid->bounds().upper + mesh->shift}
-                       : base::Box{mesh->shift, mesh->shift};
+  if (mesh && !mesh->solid) return base::Box{mesh->shift, mesh->shift};
+  if (mesh) {   // of the box around it in its file, turned
+    const base::Box& own = mesh->solid->bounds();
+    if (mesh->turn.vec().isZero(0)) return {own.lower + mesh->shift, own.upper + mesh->shift};
+    const base::Vec3 middle = mesh->place_of(0.5 * (own.lower + own.upper)), reach = mesh->turn.toRotationMatrix().cwiseAbs() * (0.5 * own.size());
+    return {middle - reach, middle + reach};
+  }
   const base::Vec3 r = base::Vec3::Constant(sphere->radius);
   return {sphere->center - r, sphere->center + r};
 }
@@ -128,24 +142,84 @@ Shape moved(Shape shape, const base::Vec3& by) {
   return shape;
 }
 
-Shape shape_at(double time, const Collider& collider, const Options& o) {
-  base::Vec3 by = time * collider.velocity;
+Shape turned(Shape shape, const Eigen::Quaterniond& by, const base::Vec3& about) {
+  const auto place = [&](const base::Vec3& at) { return base::Vec3(about + by * (at - about)); };
+  if (shape.box) {
+    const base::Vec3 middle = 0.5 * (shape.box->lower + shape.box->upper), to = place(middle) - middle;
+    shape.box = base::Box{shape.box->lower + to, shape.box->upper + to};
+    shape.turn = by * shape.turn.value_or(Eigen::Quaterniond::Identity());
+  }
+  if (shape.sphere) shape.sphere->center = place(shape.sphere->center);
+  if (shape.mesh) shape.mesh->turn = by * shape.mesh->turn, shape.mesh->shift = place(shape.mesh->shift);
+  return shape;
+}
+
+base::Vec3 Collider::pivot_at_start() const { return pivot ? *pivot : 0.5 * (shape.bounds().lower + shape.bounds().upper); }
+
+RigidMotion Collider::motion() const { return {velocity, spin, spin.isZero(0) ? base::Vec3(base::Vec3::Zero()) : pivot_at_start()}; }
+
+namespace {
+
+/// [s] that the collider has moved for.
+double time_of_motion(double time, const Collider& c) { return std::max(0.0, (c.end ? std::min(time, *c.end) : time) - c.start); }
+
+/// How far its pivot has come, less what leads through periodic sides.
+base::Vec3 way_of(double time, const Collider& collider, const Options& o) {
+  base::Vec3 by = time_of_motion(time, collider) * collider.velocity;
   for (int a = 0; a < o.dimension; ++a)
     if (o.periodic(a)) by[a] = std::remainder(by[a], o.domain.size()[a]);
-  return moved(collider.shape, by);
+  return by;
+}
+
+}  // namespace
+
+double Collider::speed() const {
+  if (spin.isZero(0)) return velocity.norm();
+  const base::Vec3 middle = pivot_at_start();
+  double most = 0;
+  const auto see = [&](const base::Vec3& at) { most = std::max(most, spin.cross(at - middle).norm()); };
+  if (shape.sphere) see(shape.sphere->center), most += spin.norm() * shape.sphere->radius;
+  if (shape.box)
+    for (const base::Vec3& corner : shape.corners()) see(corner);
+  if (shape.mesh && shape.mesh->solid)
+    for (std::size_t t = 0; t < shape.mesh->solid->triangles(); ++t)
+      for (const base::Vec3& corner : shape.mesh->solid->triangle(t)) see(shape.mesh->place_of(corner));
+  return velocity.norm() + most;
+}
+
+Shape shape_at(double time, const Collider& collider, const Options& o) {
+  Shape shape = collider.shape;
+  const base::Vec3 turn = time_of_motion(time, collider) * collider.spin;   // [rad]
+  if (!turn.isZero(0)) shape = turned(shape, Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())), collider.pivot_at_start());
+  return moved(shape, way_of(time, collider, o));
+}
+
+RigidMotion motion_at(double time, const Collider& collider, const Options& o) {
+  const double rounding = 1e-12 * std::abs(time);   // a step that ends when the motion does ends within this
+  if (time + rounding < collider.start || (collider.end && time + rounding >= *collider.end)) return {};
+  RigidMotion motion = collider.motion();
+  if (!motion.spin.isZero(0)) motion.pivot += way_of(time, collider, o);
+  return motion;
 }
 
 std::vector<Shape> with_images(const Shape& shape, const Options& o, double margin) {
-  std::vector<Shape> images{shape};
+  std::vector<Shape> shapes;
+  for (Image& image : images_of(shape, o, margin)) shapes.push_back(std::move(image.shape));
+  return shapes;
+}
+
+std::vector<Image> images_of(const Shape& shape, const Options& o, double margin) {
+  std::vector<Image> images{{shape}};
   for (int a = 0; a < o.dimension; ++a) {
     if (!o.periodic(a)) continue;
     const base::Box all = shape.bounds();   // a box that goes on beyond both sides has no end that an image could show
     if (shape.box && !shape.turn && all.lower[a] < o.domain.lower[a] - margin && all.upper[a] > o.domain.upper[a] + margin) continue;
     const base::Vec3 across = base::Vec3::Unit(a) * o.domain.size()[a];
     for (std::size_t i = 0, n = images.size(); i < n; ++i) {
-      const base::Box bounds = images[i].bounds();
-      if (bounds.lower[a] < o.domain.lower[a] + margin) images.push_back(moved(images[i], across));
-      if (bounds.upper[a] > o.domain.upper[a] - margin) images.push_back(moved(images[i], -across));
+      const Image image = images[i];
+      const base::Box bounds = image.shape.bounds();
+      if (bounds.lower[a] < o.domain.lower[a] + margin) images.push_back({moved(image.shape, across), image.by + across});
+      if (bounds.upper[a] > o.domain.upper[a] - margin) images.push_back({moved(image.shape, -across), image.by - across});
     }
   }
   return images;

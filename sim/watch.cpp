@@ -38,7 +38,7 @@ Watch::Watch(const Scene& scene, double fps, std::unique_ptr<Simulation> simulat
   for (const Body& b : scene.bodies)
     if (b.is_solid && b.solid.plasticity == Plasticity::snow) share_ = kShareOfSnow;
   for (const Source& s : scene.sources) collider_speed_ = std::max(collider_speed_, s.velocity.norm());
-  for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.velocity.norm());
+  for (const Collider& c : scene.colliders) collider_speed_ = std::max(collider_speed_, c.speed());
   const base::Vec3 g = gravity(scene);
   if (scene.options.solver == "fluid") unresolved_ = g.norm() * scene.options.cell;
   state_ = simulation_->state();

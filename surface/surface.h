@@ -27,8 +27,8 @@ struct Options {
 
 /// A collider as it is at the frame.
 struct Solid {
-  sim::Shape shape;                          // [m]
-  base::Vec3 velocity = base::Vec3::Zero();  // [m/s]
+  sim::Shape shape;        // [m]
+  sim::RigidMotion motion = {};
 };
 
 /// What the surface must know of the simulation.

@@ -176,6 +176,48 @@ TEST(SolidStep, WhatHasFallenRestsOnTheFloorAndOnColliders) {
   }
 }
 
+// A plate without friction hands a block momentum by its own velocity alone: work is that velocity times the momentum.
+TEST(SolidStep, APlateThatMovesDoesTheWorkThatItsPushTells) {
+  Scene scene = walled_scene(2, 1, 0.02);
+  scene.options.precision = Precision::double_precision;
+  scene.bodies = {block({0.3, 0.4, 0}, {0.5, 0.6, 0}, kJelly)};
+  scene.colliders = {box_collider({0.1, 0.2, 0}, {0.29, 0.8, 0})};
+  scene.colliders[0].velocity = {0.5, 0, 0};
+  const auto simulation = make_simulation(scene, 50);
+  double work = 0;
+  Totals t;
+  for (const Totals& frame : run(*simulation, 25)) work += frame.collider_work, t = frame;
+  EXPECT_GT(t.linear_momentum.x() / t.mass, 0.4);
+  EXPECT_NEAR(work, 0.5 * t.linear_momentum.x(), 1e-9 * work);
+  EXPECT_LT(t.energy(), work);
+}
+
+// A block that holds a wheel, and sticks to it, turns as far as the wheel does, which does nothing before it starts and after it stops.
+TEST(SolidStep, WhatSticksToAWheelTurnsWithIt) {
+  Scene scene = walled_scene(2, 1, 0.02);
+  scene.bodies = {block({0.36, 0.36, 0}, {0.64, 0.64, 0}, kJelly)};
+  Collider wheel;
+  wheel.shape.sphere = {{0.5, 0.5, 0}, 0.07};
+  wheel.contact = Contact::sticky;
+  wheel.spin = {0, 0, M_PI};
+  wheel.start = 0.1, wheel.end = 0.6;
+  scene.colliders = {wheel};
+  const auto simulation = make_simulation(scene, 50);
+  double angle = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    const Totals t = run(*simulation, 1).back();
+    const Frame now = simulation->frame();
+    double turning = 0, inertia = 0;
+    for (std::size_t p = 0; p < now.id.size(); ++p) {
+      const base::Vec3 from = now.position[p].cast<double>() - base::Vec3(0.5, 0.5, 0);
+      turning += from.cross(now.velocity[p].cast<double>()).z(), inertia += from.squaredNorm();
+    }
+    angle += turning / inertia / 50;
+    EXPECT_TRUE(t.collider_work == 0 || (frame >= 4 && frame <= 31)) << frame;
+  }
+  EXPECT_NEAR(angle, M_PI / 2, 0.1);
+}
+
 TEST(SolidStep, CollidingBodiesKeepMomentum) {
   for (const char* transfer : {"apic", "polypic", "flip", "flip and apic"}) {
     Scene scene = open_scene(2, 3, 0.025);

@@ -189,7 +189,7 @@ TEST(LevelSet, VelocityLeadsAlongWallsAndColliders) {
   walls.walls[1][1] = false;
   sim::Shape block;
   block.box = base::Box{Vec3(0.3, 0.2, 0), Vec3(0.5, 0.4, 0.4)};
-  walls.solids = {{block, Vec3(5, 0, 0)}};
+  walls.solids = {{block, {Vec3(5, 0, 0)}}};
   const surface::Mesh mesh = mesh_of(fill([&](const Vec3& x) { return x[2] < 0.3 && block.distance(x) > 0; }), {}, walls);
   int on_wall = 0, on_open = 0, beside = 0;
   double with_block = 0;

@@ -26,7 +26,7 @@ double top_speed(const sim::Scene& scene) {
     start = std::max(start, body.velocity.norm() + body.spin.norm() * reach);
   }
   for (const sim::Source& source : scene.sources) start = std::max(start, source.velocity.norm());
-  for (const sim::Collider& collider : scene.colliders) start = std::max(start, collider.velocity.norm());
+  for (const sim::Collider& collider : scene.colliders) start = std::max(start, collider.speed());
   for (const sim::Effect& effect : scene.effects) squared += 2 * effect.acceleration.cwiseAbs().dot(scene.options.domain.size());
   const double speed = std::sqrt(squared + start * start);
   constexpr double kLeast = 1e-30;   // [m/s] less is nothing that floats could divide by
@@ -69,7 +69,7 @@ void PictureMaker::record(Stage stage, std::int64_t frame, const base::Ledger& l
 
 bool PictureMaker::colliders_move() const {
   const auto& all = shot_.scene.colliders;
-  return std::any_of(all.begin(), all.end(), [](const sim::Collider& c) { return !c.velocity.isZero(0); });
+  return std::any_of(all.begin(), all.end(), [](const sim::Collider& c) { return c.moves(); });
 }
 
 render::Setting PictureMaker::setting_at(std::int64_t frame) const {
@@ -82,12 +82,14 @@ render::Setting PictureMaker::setting_at(std::int64_t frame) const {
   };
   for (std::size_t i = 0; i < setting.colliders.size(); ++i) {
     sim::Collider& c = setting.colliders[i];
-    std::vector<sim::Shape> all = sim::with_images(sim::drawn_shape_at(static_cast<double>(frame - 1) / shot_.fps, c, o), o);
-    const auto seen = std::find_if(all.begin(), all.end(), meets_domain);
+    const double time = static_cast<double>(frame - 1) / shot_.fps;
+    std::vector<sim::Image> all = sim::images_of(sim::drawn_shape_at(time, c, o), o);
+    const auto seen = std::find_if(all.begin(), all.end(), [&](const sim::Image& image) { return meets_domain(image.shape); });
     if (seen != all.end()) std::iter_swap(all.begin(), seen);
-    c.shape = all.front();
+    const sim::RigidMotion motion = sim::motion_at(time, c, o);
+    c.shape = all.front().shape, c.velocity = motion.velocity, c.spin = motion.spin, c.pivot = motion.pivot + all.front().by;
     for (std::size_t k = 1; k < all.size(); ++k)
-      if (meets_domain(all[k])) setting.images.push_back({i, all[k]});
+      if (meets_domain(all[k].shape)) setting.images.push_back({i, all[k].shape, all[k].by - all.front().by});
   }
   return setting;
 }
@@ -107,9 +109,12 @@ double PictureMaker::surface(std::int64_t frame) {
   const render::Setting setting = setting_at(frame);
   for (const sim::Collider& collider : setting.colliders) {
     if (collider.shape.mesh) collider.shape.mesh->distances->prepare();
-    room.solids.push_back({collider.shape, collider.velocity});
+    room.solids.push_back({collider.shape, collider.motion()});
   }
-  for (const render::ColliderImage& image : setting.images) room.solids.push_back({image.shape, setting.colliders[image.collider].velocity});
+  for (const render::ColliderImage& image : setting.images) {
+    room.solids.push_back({image.shape, setting.colliders[image.collider].motion()});
+    room.solids.back().motion.pivot += image.by;
+  }
   for (const sim::Body& body : shot_.scene.bodies) room.dry.push_back(o.is_solid() && body.solid.model != sim::Elasticity::tait);
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);

@@ -411,12 +411,12 @@ bool Geometry::intersect(const Ray& ray, float far, bool primary, Hit& result) c
   return true;
 }
 
-Vec3f Geometry::velocity(const Hit& hit) const {
+Vec3f Geometry::velocity(const Hit& hit, const Vec3f& place) const {
   const Impl& m = *impl_;
   const auto surface = static_cast<std::size_t>(hit.surface);
   if (m.surfaces[surface].grains) return m.grains->velocity[m.clouds[surface].index[hit.primitive]];
   const Impl::Skin& skin = m.skins[surface];
-  if (skin.quads.empty()) return m.surfaces[surface].velocity;
+  if (skin.quads.empty()) return m.surfaces[surface].motion.at(place.cast<double>()).cast<float>();
   const std::array<float, 4> share = corner_shares(hit.u, hit.v);
   Vec3f v = Vec3f::Zero();
   for (std::size_t k = 0; k < 4; ++k) v += share[k] * skin.velocities[skin.quads[hit.primitive][k]];

@@ -31,7 +31,7 @@ struct Surface {
   Material material;
   bool is_body = false;
   std::vector<sim::Shape> shapes = {};  // of a collider: boxes, spheres or meshes, with its images across periodic sides
-  Vec3f velocity = Vec3f::Zero();       // [m/s] of a collider, which is drawn where it is at the frame's moment
+  sim::RigidMotion motion = {};         // of a collider, which is drawn where it is at the frame's moment
   std::optional<GrainStyle> grains = {};
   std::shared_ptr<const files::Triangles> mesh = {};  // [m] of a set piece, or of `shapes` that are meshes
 };
@@ -82,8 +82,8 @@ class Geometry {
   bool intersect(const Ray&, float far, bool primary, Hit&) const;
   /// As if dielectrics did not bend light. False when something opaque is in the way, or more surfaces than are counted.
   bool straight(const Ray&, float far, Crossings&) const;
-  /// [m/s] of what was hit, where it was hit.
-  Vec3f velocity(const Hit&) const;
+  /// [m/s] of what was hit, at the place [m] where it was hit.
+  Vec3f velocity(const Hit&, const Vec3f& place) const;
 
  private:
   struct Impl;

@@ -148,7 +148,7 @@ std::shared_ptr<const files::Triangles> mesh_of(const std::vector<sim::Shape>& i
   for (const sim::Shape& shape : images)
     for (std::size_t t = 0; t < shape.mesh->solid->triangles(); ++t) {
       const auto first = static_cast<std::uint32_t>(mesh->position.size());
-      for (const base::Vec3& corner : shape.mesh->solid->triangle(t)) mesh->position.push_back((corner + shape.mesh->shift).cast<float>());
+      for (const base::Vec3& corner : shape.mesh->solid->triangle(t)) mesh->position.push_back(shape.mesh->place_of(corner).cast<float>());
       mesh->triangles.push_back({first, first + 1, first + 2});
     }
   return mesh;
@@ -204,7 +204,7 @@ Scene make_surfaces(const Setting& setting) {
     Surface& surface = scene.surfaces.emplace_back();
     surface.material = material_of(setting, c.look, "collider." + c.name + ".look");
     if (c.shape.any()) surface.shapes = {c.shape};
-    surface.velocity = c.velocity.cast<float>();
+    surface.motion = c.motion();
   }
   for (const ColliderImage& image : setting.images) scene.surfaces[1 + image.collider].shapes.push_back(image.shape);
   for (const SetPiece& piece : setting.sets)

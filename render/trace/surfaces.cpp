@@ -49,11 +49,11 @@ bool Integrator::meets_ground(Path& path, const Ground::Met& met, Work& work) co
 bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   const Material& material = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material;
   const Vec3f color = material.color.cwiseProduct(hit.tint);
+  const Vec3f point = path.ray.origin + hit.t * path.ray.direction;
   if (path.is_straight())
     work.first = {
-        .found = true, .t = path.flown + hit.t, .albedo = color, .normal = hit.shading, .velocity = geometry_.velocity(hit),
+        .found = true, .t = path.flown + hit.t, .albedo = color, .normal = hit.shading, .velocity = geometry_.velocity(hit, point),
         .is_held = !scene_.surfaces[static_cast<std::size_t>(hit.surface)].shapes.empty(), .id = 2 + hit.surface};
-  const Vec3f point = path.ray.origin + hit.t * path.ray.direction;
   if (material.dielectric) return meets_dielectric(path, point, hit, work);
   const bool outside = path.ray.direction.dot(hit.geometric) < 0;
   const Vec3f geometric = outside ? hit.geometric : Vec3f(-hit.geometric);

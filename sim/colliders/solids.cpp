@@ -30,24 +30,28 @@ double thickness(const Shape& shape, int dimension) {
   return least;
 }
 
-Shape continued_through_walls(Shape shape, const Options& o) {
-  if (!shape.box || shape.turn) return shape;
+Collider continued_through_walls(Collider collider, const Options& o) {
+  Shape& shape = collider.shape;
+  if (!shape.box || shape.turn) return collider;
+  if (!collider.spin.isZero(0)) collider.pivot = collider.pivot_at_start();
   const base::Vec3 size = o.domain.size();
   for (int a = 0; a < o.dimension; ++a) {
+    if (!collider.spin.isZero(0) && collider.spin.cross(base::Vec3::Unit(a)).norm() > 1e-9 * collider.spin.norm()) continue;
     const bool lower = shape.box->lower[a] < o.domain.lower[a] + 1e-6 * o.cell, upper = shape.box->upper[a] > o.domain.upper[a] - 1e-6 * o.cell;
     const bool wall = !o.periodic(a);
     if (lower && (wall || upper)) shape.box->lower[a] -= size[a];
     if (upper && (wall || lower)) shape.box->upper[a] += size[a];
   }
-  return shape;
+  return collider;
 }
 
 bool is_met_by_nodes(const Collider& collider, const Options& o) {
-  const Shape shape = continued_through_walls(collider.shape, o);
+  const Shape shape = continued_through_walls(collider, o).shape;
   const double least = thickness(shape, o.dimension);
   if (least < o.cell * (1 - 1e-6)) return false;
-  if (shape.box && !shape.turn) return true;
+  if (shape.box && !shape.turn && collider.spin.isZero(0)) return true;
   if (least >= std::sqrt(double(o.dimension)) * o.cell * (1 + 1e-6)) return true;   // the ball in its middle holds a node wherever it lies
+  if (collider.moves()) return false;
   const base::Box bounds = shape.bounds();
   std::array<std::int64_t, 3> first{}, last{};
   for (int a = 0; a < o.dimension; ++a) {
@@ -64,9 +68,7 @@ bool is_met_by_nodes(const Collider& collider, const Options& o) {
 Shape drawn_shape_at(double time, const Collider& collider, const Options& o) {
   Shape drawn = shape_at(time, collider, o);
   if (!drawn.box) return drawn;
-  Collider whole = collider;
-  whole.shape = continued_through_walls(collider.shape, o);
-  const base::Box met = *shape_at(time, whole, o).box;
+  const base::Box met = *shape_at(time, continued_through_walls(collider, o), o).box;
   for (int a = 0; a < o.dimension; ++a) {
     if (o.periodic(a)) continue;
     drawn.box->lower[a] = std::min(drawn.box->lower[a], std::max(met.lower[a], o.domain.lower[a]));
@@ -80,21 +82,28 @@ Solids<D>::Solids(const Scene& scene, const Lattice<D>& grid)
     : origin(scene.options.domain.lower), cell(scene.options.cell), lattice(grid), colliders_(scene.colliders), options_(scene.options) {
   for (std::size_t a = 0; a < std::size_t(D); ++a)
     for (std::size_t side = 0; side < 2; ++side) open[a][side] = options_.boundary[a][side] == Side::open;
-  for (Collider& collider : colliders_) collider.shape = continued_through_walls(collider.shape, options_);
+  for (Collider& collider : colliders_) collider = continued_through_walls(collider, options_), speed_ = std::max(speed_, collider.speed());
   move_to(0);
 }
 
 template <int D>
 void Solids<D>::move_to(double time) {
   time_ = time;
-  shapes.clear(), velocities.clear(), reaches_.clear(), thin_.clear();
+  shapes.clear(), motions.clear(), reaches_.clear(), thin_.clear();
   const double way = options_.cfl * cell;   // [m] that a particle crosses in a step, and a collider
   for (const Collider& collider : colliders_) {
     const Shape now = shape_at(time, collider, options_);
-    for (const Shape& shape : with_images(now, options_, 1e-6 * cell)) shapes.push_back(shape), velocities.push_back(collider.velocity), reaches_.emplace_back(shape, *this);
+    const RigidMotion motion = motion_at(time, collider, options_);
+    const auto of_image = [&](const Image& image) {
+      RigidMotion there = motion;
+      if (!motion.spin.isZero(0)) there.pivot += image.by;
+      return there;
+    };
+    for (const Image& image : images_of(now, options_, 1e-6 * cell))
+      shapes.push_back(image.shape), motions.push_back(of_image(image)), reaches_.emplace_back(image.shape, *this);
     // Thicker ones push back to the side that a particle came from.
     if (const double thin = thickness(now, D); thin < 1.999 * way)
-      for (const Shape& shape : with_images(now, options_, 2 * way)) thin_.push_back({shape, collider.velocity, thin});
+      for (const Image& image : images_of(now, options_, 2 * way)) thin_.push_back({image.shape, of_image(image), thin});
   }
 }
 
@@ -112,10 +121,12 @@ Solids<D>::Reach::Reach(const Shape& shape, const Solids& solids) {
 }
 
 template <int D>
-double Solids<D>::speed() const {
-  double most = 0;
-  for (const Collider& collider : colliders_) most = std::max(most, collider.velocity.norm());
-  return most;
+double Solids<D>::next_change(double time) const {
+  double next = std::numeric_limits<double>::infinity();
+  for (const Collider& c : colliders_)
+    for (const double change : {c.start, c.end.value_or(next)})
+      if (c.moves() && change > time * (1 + 1e-12)) next = std::min(next, change);
+  return next;
 }
 
 template <int D>
@@ -178,8 +189,10 @@ double Solids<D>::push_out(Moving<D, Real>& particle) const {
       if (depth <= 0) continue;
       Vec<D, Real> outward;
       for (int a = 0; a < D; ++a) outward[a] = Real(normal[a]);
-      const auto solid = Real(velocities[s].dot(normal));
-      particle.velocity -= std::min(Real(0), particle.velocity.dot(outward) - solid) * outward;
+      const auto solid = Real(motions[s].at(at).dot(normal));
+      const Real inwards = std::min(Real(0), particle.velocity.dot(outward) - solid);
+      particle.velocity -= inwards * outward;
+      particle.work -= double(inwards) * double(solid);
       site.move(outward * Real(depth / cell));
       pushed += depth / cell;
       keep_inside();
@@ -197,7 +210,7 @@ void Solids<D>::stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>
   }
   for (const Thin& thin : thin_) {
     const Shape& shape = thin.shape;
-    const base::Vec3 first = start + dt * thin.velocity, way = end - first;   // as one who moves with the collider sees it
+    const base::Vec3 first = start + dt * thin.motion.at(start), way = end - first;   // as one who moves with the collider sees it
     const double length = way.norm();
     if (length == 0 || shape.distance(first) > length || shape.distance(first) < 0) continue;
     const int looks = int(std::ceil(4 * length / thin.thickness)) + 1;

@@ -12,10 +12,11 @@
 namespace sim {
 
 /// A box that stands on a wall goes on behind it: the side in the wall is no way out. So does one that spans a periodic axis.
-Shape continued_through_walls(Shape, const Options&);
+/// One that turns goes on along its axis alone.
+Collider continued_through_walls(Collider, const Options&);
 /// [m] Of its thinnest part; of a box that goes on along an axis without end, across the others.
 double thickness(const Shape&, int dimension);
-/// Whether contact at the grid's nodes finds it: it is a cell thick, as it goes on through walls, and has a node.
+/// Whether contact at the grid's nodes finds it: it is a cell thick, as it goes on through walls, and has a node; at all times.
 bool is_met_by_nodes(const Collider&, const Options&);
 
 /// A particle as solids meet it.
@@ -23,12 +24,13 @@ template <int D, class Real>
 struct Moving {
   Site<D, Real> site;
   Vec<D, Real> velocity;              // [m/s]
+  double work = 0;                    // [J/kg] that solids which move have done on it
 };
 
 template <int D>
 struct Solids {
   std::vector<Shape> shapes;          // world metres, where they are now; images across periodic sides included
-  std::vector<base::Vec3> velocities; // [m/s] of each
+  std::vector<RigidMotion> motions;   // of each, from now on
   base::Vec3 origin;                  // [m] lower corner of the domain
   double cell = 1;                    // [m]
   Lattice<D> lattice;
@@ -47,8 +49,10 @@ struct Solids {
   /// To where the colliders are at a time [s].
   void move_to(double time);
   double time() const { return time_; }
-  /// Of the fastest collider [m/s]; 0 when none moves.
-  double speed() const;
+  /// Of the fastest place of a collider that moves at some time [m/s]; 0 when none does.
+  double speed() const { return speed_; }
+  /// [s] When a collider begins to move or stops next, after a time.
+  double next_change(double time) const;
   /// [cells] that a collider moves in a step.
   double longest_way() const { return options_.cfl; }
 
@@ -92,6 +96,7 @@ struct Solids {
   std::vector<Collider> colliders_;   // at t = 0, continued through the walls that they stand on
   Options options_;
   double time_ = 0;                   // [s]
+  double speed_ = 0;                  // [m/s]
   /// The cells from which a particle may touch a shape.
   struct Reach {
     Cell<D> first, last;
@@ -105,7 +110,7 @@ struct Solids {
   std::vector<Reach> reaches_;        // of each of `shapes`
   struct Thin {
     Shape shape;                      // as in `shapes`, and images that a particle may come to before it is back in the domain
-    base::Vec3 velocity;              // [m/s]
+    RigidMotion motion;
     double thickness;                 // [m]
   };
   std::vector<Thin> thin_;

@@ -96,12 +96,12 @@ Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& block
   constexpr double half = 0.5 * Lattice<D>::kBlock;
   struct Moving {
     const Shape* shape;
-    base::Vec3 way;   // [m]
+    const RigidMotion* motion;
   };
   std::vector<Moving> moving;
   const double longest = std::max(1.0, solids.longest_way()) * solids.cell;
   for (std::size_t s = 0; s < solids.shapes.size(); ++s)
-    if (const double speed = solids.velocities[s].norm(); speed > 0) moving.push_back({&solids.shapes[s], longest / speed * solids.velocities[s]});
+    if (!solids.motions[s].rests()) moving.push_back({&solids.shapes[s], &solids.motions[s]});
   if (moving.empty()) return {};
   return base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {
     Cells found;
@@ -113,7 +113,12 @@ Cells just_freed(const std::vector<CellKind>& kind, const ActiveBlocks<D>& block
         for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
           if (kind[i] != CellKind::air) continue;
           const base::Vec3 middle = solids.place_in(blocks.cell_at(i), 0.5);
-          if (m.shape->distance(middle) >= 0 && (m.shape->distance(middle + m.way) < 0 || m.shape->distance(middle + 0.5 * m.way) < 0)) found.push_back(i);
+          if (m.shape->distance(middle) < 0) continue;
+          const base::Vec3 velocity = m.motion->at(middle);
+          const double speed = velocity.norm();
+          if (speed == 0) continue;
+          const base::Vec3 way = longest / speed * velocity;   // [m]
+          if (m.shape->distance(middle + way) < 0 || m.shape->distance(middle + 0.5 * way) < 0) found.push_back(i);
         }
       }
     }
@@ -129,10 +134,11 @@ Cells cut_empty(const std::vector<CellKind>& kind, const ActiveBlocks<D>& blocks
   const auto advances_on = [&](const Cell<D>& cell) {
     const base::Vec3 middle = solids.place_in(cell, 0.5);
     base::Vec3 normal;
-    for (std::size_t s = 0; s < solids.shapes.size(); ++s)
-      if (!solids.velocities[s].isZero(0) && solids.shapes[s].distance(middle, &normal) < std::sqrt(double(D)) * solids.cell &&
-          normal.dot(solids.velocities[s]) > 0.1 * solids.velocities[s].norm())
-        return true;
+    for (std::size_t s = 0; s < solids.shapes.size(); ++s) {
+      if (solids.motions[s].rests() || solids.shapes[s].distance(middle, &normal) >= std::sqrt(double(D)) * solids.cell) continue;
+      const base::Vec3 velocity = solids.motions[s].at(middle);
+      if (normal.dot(velocity) > 0.1 * velocity.norm()) return true;
+    }
     return false;
   };
   return base::ordered_reduce(blocks.count(), kChunk, Cells{}, [&](std::size_t begin, std::size_t end) {

@@ -130,7 +130,7 @@ class Liquid final : public Simulation {
     sources_.begin_step(start, solids_);
     const Motion motion = motion_of_particles(ledger);
     check_finite(motion);
-    double dt = first_guess(std::min(left, sources_.next_change(start) - start), motion.speed);
+    double dt = first_guess(left_until(solids_.next_change(start) - start, std::min(left, sources_.next_change(start) - start)), motion.speed);
     if (dt < left && dt < kShortestStep / fps_) throw_collapse("motion", dt);
     step_.scatter(particles_, reflects ? dt / 2 : dt, ledger);
     check_momentum(motion);

@@ -39,8 +39,8 @@ class Cutter {
     for (std::size_t n = 0; n < solids.shapes.size(); ++n) {
       if (solids.shapes[n].distance(middle) > (half * std::sqrt(double(D)) + 1) * solids.cell) continue;
       const double thick = thickness(solids.shapes[n], D) / solids.cell;
-      near_.push_back({&solids.shapes[n], solids.velocities[n], thick < 1 - 1e-6 ? int(std::ceil(4 / thick)) + 1 : 0});
-      is_one_motion_ = is_one_motion_ && near_.back().velocity == near_.front().velocity;
+      near_.push_back({&solids.shapes[n], solids.motions[n], thick < 1 - 1e-6 ? int(std::ceil(4 / thick)) + 1 : 0});
+      is_one_motion_ = is_one_motion_ && near_.back().motion == near_.front().motion;
     }
     const Lattice<D>& lattice = solids.lattice;
     for (int a = 0; a < D; ++a)
@@ -59,12 +59,15 @@ class Cutter {
     if (near_.empty()) return 0;
     const double open = in_wall(local, axis) ? open_to(local, axis, nullptr) : fraction;
     if (open == 1) return 0;
-    if (is_one_motion_) return (1 - open) * near_.front().velocity[axis];
+    base::Vec3 middle = solids_.origin;   // of the face
+    const Cell<D> at = place(local);
+    for (int a = 0; a < D; ++a) middle[a] += (at[a] + (a == axis ? 0 : 0.5)) * solids_.cell;
+    if (is_one_motion_) return (1 - open) * near_.front().motion.at(middle)[axis];
     double sum = 0;
     for (std::size_t n = 0; n < near_.size(); ++n) {
-      const base::Vec3& velocity = near_[n].velocity;
-      const bool was_asked = std::any_of(near_.begin(), near_.begin() + std::ptrdiff_t(n), [&](const Near& other) { return other.velocity == velocity; });
-      if (velocity[axis] != 0 && !was_asked) sum += (open_to(local, axis, &velocity) - open) * velocity[axis];
+      const RigidMotion& motion = near_[n].motion;
+      const bool was_asked = std::any_of(near_.begin(), near_.begin() + std::ptrdiff_t(n), [&](const Near& other) { return other.motion == motion; });
+      if (const double pushed = motion.at(middle)[axis]; pushed != 0 && !was_asked) sum += (open_to(local, axis, &motion) - open) * pushed;
     }
     return sum;
   }
@@ -72,7 +75,7 @@ class Cutter {
  private:
   struct Near {
     const Shape* shape;
-    base::Vec3 velocity;   // [m/s]
+    RigidMotion motion;
     int looks;             // along a cell's edge, that miss nothing of a collider thinner than that; 0: it is no such one
   };
   Cell<D> place(int local) const {
@@ -88,9 +91,9 @@ class Cutter {
     }
     return false;
   }
-  /// The part of a face that colliders leave open, but those that move with `velocity`, where one is given.
-  double open_to(int local, int axis, const base::Vec3* velocity) const {
-    const auto counts = [&](const Near& n) { return !velocity || n.velocity != *velocity; };
+  /// The part of a face that colliders leave open, but those that move with `motion`, where one is given.
+  double open_to(int local, int axis, const RigidMotion* motion) const {
+    const auto counts = [&](const Near& n) { return !motion || n.motion != *motion; };
     if (std::none_of(near_.begin(), near_.end(), counts)) return 1;
     const Cell<D> at = place(local);
     for (const Near& n : near_)

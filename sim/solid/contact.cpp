@@ -19,7 +19,7 @@ constexpr double reach_of(const Rubbing& solid) { return solid.contact == Contac
 template <int D, class Real>
 struct Met {
   Rubbing solid;
-  Vec<D, Real> normal;
+  Vec<D, Real> normal, moves;                      // the latter the solid's own velocity [m/s]
   Real pushed = 0;                                 // along the normal
   Vec<D, Real> rubbed = Vec<D, Real>::Zero();      // across it, at most friction times that
 };
@@ -29,16 +29,23 @@ struct Met {
 template <int D, class Real>
 Vec<D, Real> after_contacts(std::vector<Met<D, Real>>& met, Vec<D, Real> velocity) {
   constexpr int kSweeps = 60;
-  if (std::any_of(met.begin(), met.end(), [](const auto& m) { return m.solid.contact == Contact::sticky; })) return Vec<D, Real>::Zero();
-  const Real still = velocity.norm() * 4 * std::numeric_limits<Real>::epsilon();
+  const auto sticks = std::find_if(met.rbegin(), met.rend(), [](const auto& m) { return m.solid.contact == Contact::sticky; });
+  if (sticks != met.rend()) {
+    sticks->rubbed = sticks->moves - velocity;
+    return sticks->moves;
+  }
+  Real fastest = velocity.norm();
+  for (const Met<D, Real>& m : met) fastest = std::max(fastest, m.moves.norm());
+  const Real still = fastest * 4 * std::numeric_limits<Real>::epsilon();
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     const Vec<D, Real> before = velocity;
     for (Met<D, Real>& m : met) {
-      const Real pushed = m.solid.contact == Contact::slip ? m.pushed - velocity.dot(m.normal) : std::max(Real(0), m.pushed - velocity.dot(m.normal));
+      const Real outwards = (velocity - m.moves).dot(m.normal);
+      const Real pushed = m.solid.contact == Contact::slip ? m.pushed - outwards : std::max(Real(0), m.pushed - outwards);
       velocity += (pushed - m.pushed) * m.normal;
       m.pushed = pushed;
       if (m.solid.contact == Contact::slip || m.solid.friction == 0) continue;
-      const Vec<D, Real> along = velocity - velocity.dot(m.normal) * m.normal;
+      const Vec<D, Real> seen = velocity - m.moves, along = seen - seen.dot(m.normal) * m.normal;
       Vec<D, Real> rubbed = m.rubbed - along;
       if (const Real most = Real(m.solid.friction) * m.pushed, size = rubbed.norm(); size > most) rubbed *= most / size;
       velocity += rubbed - m.rubbed;
@@ -53,7 +60,8 @@ Vec<D, Real> after_contacts(std::vector<Met<D, Real>>& met, Vec<D, Real> velocit
 
 template <int D>
 NodeContacts<D>::NodeContacts(const Scene& scene)
-    : cell_(scene.options.cell), spacing_(std::pow(double(scene.options.particles_per_cell), -1.0 / D)), origin_(scene.options.domain.lower) {
+    : cell_(scene.options.cell), spacing_(std::pow(double(scene.options.particles_per_cell), -1.0 / D)), origin_(scene.options.domain.lower),
+      options_(scene.options) {
   const Options& o = scene.options;
   const auto contact_of = [](sim::Side side) {
     return side == sim::Side::sticky ? Contact::sticky : side == sim::Side::slip ? Contact::slip : Contact::separating;
@@ -64,9 +72,23 @@ NodeContacts<D>::NodeContacts(const Scene& scene)
     sides_.push_back({a, 0, false, {contact_of(o.boundary[std::size_t(a)][0]), o.wall_friction}});
     sides_.push_back({a, cells, true, {contact_of(o.boundary[std::size_t(a)][1]), o.wall_friction}});
   }
-  for (const Collider& collider : scene.colliders)
-    for (const Shape& shape : with_images(continued_through_walls(collider.shape, o), o, o.cell))   // what is as near as a particle reaches
-      bodies_.push_back({shape, {collider.contact, collider.friction}});
+  for (const Collider& collider : scene.colliders) {
+    colliders_.push_back(continued_through_walls(collider, o));
+    moves_ = moves_ || collider.moves();
+  }
+  place_at(0);
+}
+
+template <int D>
+void NodeContacts<D>::place_at(double time) {
+  bodies_.clear();
+  for (const Collider& collider : colliders_) {
+    const RigidMotion motion = motion_at(time, collider, options_);
+    for (const Image& image : images_of(shape_at(time, collider, options_), options_, cell_)) {   // what is as near as a particle reaches
+      bodies_.push_back({image.shape, {collider.contact, collider.friction}, motion});
+      if (!motion.spin.isZero(0)) bodies_.back().motion.pivot += image.by;
+    }
+  }
 }
 
 template <int D>
@@ -125,8 +147,8 @@ bool NodeContacts<D>::touches(const Site<D, double>& at) const {
 
 template <int D>
 template <class Real>
-void NodeContacts<D>::apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real>* velocity) const {
-  if (touched == 0) return;
+double NodeContacts<D>::apply(const Cell<D>& block, PlaceBits touched, const Real* mass, Vec<D, Real>* velocity) const {
+  if (touched == 0) return 0;
   constexpr int edge = Lattice<D>::kBlock, count = Lattice<D>::kCellsPerBlock;
   const double reach = cell_ * edge * std::sqrt(double(D)) / 2;   // from the middle of the nodes to the farthest
   base::Vec3 middle = origin_;
@@ -137,7 +159,8 @@ void NodeContacts<D>::apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real
   std::vector<const Side*> sides;
   for (const Side& side : sides_)
     if (side.has(block[side.axis] * edge + (side.upper ? edge - 1 : 0))) sides.push_back(&side);
-  if (near.empty() && sides.empty()) return;
+  if (near.empty() && sides.empty()) return 0;
+  double work = 0;
   std::vector<Met<D, Real>> met;
   for (int i = 0; i < count; ++i) {
     if (!(touched >> i & 1)) continue;
@@ -145,21 +168,33 @@ void NodeContacts<D>::apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real
     base::Vec3 at = origin_, moves = base::Vec3::Zero();
     for (int a = 0; a < D; ++a) at[a] += cell_ * node[a], moves[a] = double(velocity[i][a]);
     met.clear();
-    for (std::size_t k = 0; k < near.size(); ++k)
-      if (near[k]->shape.distance(at) < kOnFace * cell_)
-        met.push_back({near[k]->rubbing, normal(near, k, at, moves).template head<D>().template cast<Real>()});
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      if (near[k]->shape.distance(at) >= kOnFace * cell_) continue;
+      const base::Vec3 own = near[k]->motion.at(at);
+      met.push_back({near[k]->rubbing, normal(near, k, at, moves - own).template head<D>().template cast<Real>(), own.template head<D>().template cast<Real>()});
+    }
     for (const Side* side : sides)
-      if (side->has(node[side->axis])) met.push_back({side->rubbing, Vec<D, Real>::Unit(side->axis) * Real(side->upper ? -1 : 1)});
-    if (met.size() == 1) velocity[i] = after_contact<D, Real>(met[0].solid, met[0].normal, velocity[i]);
-    else if (met.size() > 1) velocity[i] = after_contacts<D, Real>(met, velocity[i]);
+      if (side->has(node[side->axis])) met.push_back({side->rubbing, Vec<D, Real>::Unit(side->axis) * Real(side->upper ? -1 : 1), Vec<D, Real>::Zero()});
+    if (met.empty()) continue;
+    if (met.size() > 1) {
+      velocity[i] = after_contacts<D, Real>(met, velocity[i]);
+      for (const Met<D, Real>& m : met) work += double(mass[i]) * double((m.pushed * m.normal + m.rubbed).dot(m.moves));
+    } else if (met[0].moves.isZero(0)) {
+      velocity[i] = after_contact<D, Real>(met[0].solid, met[0].normal, velocity[i]);
+    } else {
+      const Vec<D, Real> before = velocity[i];
+      velocity[i] = met[0].moves + after_contact<D, Real>(met[0].solid, met[0].normal, before - met[0].moves);
+      work += double(mass[i]) * double((velocity[i] - before).dot(met[0].moves));
+    }
   }
+  return work;
 }
 
 template class NodeContacts<2>;
 template class NodeContacts<3>;
-template void NodeContacts<2>::apply(const Cell<2>&, PlaceBits, Vec<2, float>*) const;
-template void NodeContacts<2>::apply(const Cell<2>&, PlaceBits, Vec<2, double>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, PlaceBits, Vec<3, float>*) const;
-template void NodeContacts<3>::apply(const Cell<3>&, PlaceBits, Vec<3, double>*) const;
+template double NodeContacts<2>::apply(const Cell<2>&, PlaceBits, const float*, Vec<2, float>*) const;
+template double NodeContacts<2>::apply(const Cell<2>&, PlaceBits, const double*, Vec<2, double>*) const;
+template double NodeContacts<3>::apply(const Cell<3>&, PlaceBits, const float*, Vec<3, float>*) const;
+template double NodeContacts<3>::apply(const Cell<3>&, PlaceBits, const double*, Vec<3, double>*) const;
 
 }  // namespace sim

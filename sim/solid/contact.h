@@ -1,5 +1,5 @@
 #pragma once
-// What walls and colliders do to the velocity of grid nodes. All stand still.
+// What walls and colliders do to the velocity of grid nodes.
 #include <vector>
 
 #include "sim/colliders/solids.h"
@@ -14,7 +14,7 @@ struct Rubbing {
   double friction = 0;   // [1]
 };
 
-/// The velocity a node in contact is left with. `normal` points out of the solid. Sticky: none. Slip: what is along the solid. Separating: the
+/// The velocity a node in contact with a solid is left with, both as the solid sees it. `normal` points out of the solid. Sticky: none. Slip: what is along the solid. Separating: the
 /// same when it moves inwards, less what Coulomb's friction takes, at most friction times the change along the normal; else as it is.
 template <int D, class Real>
 Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, const Vec<D, Real>& velocity) {
@@ -35,10 +35,15 @@ template <int D>
 class NodeContacts {
  public:
   explicit NodeContacts(const Scene&);
+  /// To where the colliders are at a time [s].
+  void move_to(double time) {
+    if (moves_) place_at(time);
+  }
   bool empty() const { return sides_.empty() && bodies_.empty(); }
-  /// Corrects the velocities of nodes of one block, in place: of those that a particle which touches a solid reaches.
+  /// Corrects the velocities of nodes of one block, in place: of those that a particle which touches a solid reaches. Returns what colliders that move
+  /// have done on them: the change of momentum times the collider's velocity, in units of `mass` m^2/s^2.
   template <class Real>
-  void apply(const Cell<D>& block, PlaceBits touched, Vec<D, Real>* velocity) const;
+  double apply(const Cell<D>& block, PlaceBits touched, const Real* mass, Vec<D, Real>* velocity) const;
   /// Whether anything nearest to a node of a block can touch a solid.
   bool is_near(const Cell<D>& block) const;
   /// Whether a particle touches a solid.
@@ -54,15 +59,20 @@ class NodeContacts {
   struct Body {
     Shape shape;
     Rubbing rubbing;
+    RigidMotion motion;
   };
-  /// The outward normal that a node at a place, which lies on or in near[k], meets with a velocity [m/s].
+  void place_at(double time);
+  /// The outward normal that a node at a place, which lies on or in near[k], meets with a velocity [m/s] that near[k] sees.
   base::Vec3 normal(const std::vector<const Body*>& near, std::size_t k, const base::Vec3& at, const base::Vec3& velocity) const;
 
   double cell_ = 1;
   double spacing_ = 1;   // [cells] of particles as seeded
   base::Vec3 origin_ = base::Vec3::Zero();
+  Options options_;
+  std::vector<Collider> colliders_;   // at t = 0, continued through walls
+  bool moves_ = false;
   std::vector<Side> sides_;
-  std::vector<Body> bodies_;
+  std::vector<Body> bodies_;          // where they are now
 };
 
 }  // namespace sim

@@ -181,6 +181,7 @@ bool BlockGather<D, Real>::settle(Group<D, Real>& group, std::size_t p, bool tou
   if (touches) {
     if (solids_.has_thin()) solids_.stop_in_thin({from_cell_[p - begin_], from_offset_[p - begin_]}, dt_, moving.site);
     pushed = solids_.push_out(moving);
+    collider_work += particles.mass * moving.work;
     particles.cell[p] = moving.site.cell;
     particles.offset[p] = moving.site.offset;
   }

@@ -53,15 +53,17 @@ class Solid final : public Simulation {
 
   double begin_frame() override {
     step_.clear_counts();
-    steps_ = {}, gravity_work_ = 0;
+    steps_ = {}, gravity_work_ = 0, collider_work_ = 0;
     return 1 / fps_;
   }
 
   double advance_step(double left, base::Ledger& ledger) override {
-    const double dt = next_step(left);
+    const double start = double(frame_) / fps_ - left, change = solids_.next_change(start) - start;
+    const double dt = next_step(left_until(change, left));
     step_.scatter(dt, groups_, ledger);
-    step_.update(dt, gravity_, groups_, ledger);
+    step_.update(start, dt, gravity_, groups_, ledger);
     check_grid();
+    if (solids_.speed() > 0) solids_.move_to(start + dt);
     try {
       hold(step_.gather(dt, keep(dt), groups_, ledger));
     } catch (const LostParticle& lost) {
@@ -71,6 +73,7 @@ class Solid final : public Simulation {
                                   kSmallerSteps, int(lost.group)});
     }
     add_gravity_work(dt);
+    collider_work_ += step_.collider_work();
     steps_.largest_cfl = std::max(steps_.largest_cfl, limits_.speed * dt / options_.cell);   // of the velocities that have moved them
     ++steps_.all;
     return dt >= left ? 0 : left - dt;
@@ -106,7 +109,7 @@ class Solid final : public Simulation {
   /// All that a step changes.
   template <class Self>
   static auto changing(Self& s) {
-    return std::tie(s.groups_, s.step_.counts(), s.step_.audit(), s.limits_, s.momentum_, s.gravity_work_, s.steps_);
+    return std::tie(s.groups_, s.step_.counts(), s.step_.audit(), s.limits_, s.momentum_, s.gravity_work_, s.collider_work_, s.steps_);
   }
 
   std::size_t particles() const {
@@ -201,13 +204,13 @@ class Solid final : public Simulation {
     momentum_ = now.momentum;
   }
 
-  /// The longest step that sound, what is loose and the fastest particle (falling freely) allow, cut so that
-  /// what is left of the frame is a whole number of them.
+  /// The longest step that sound, what is loose and the fastest particle (falling freely) or collider allow, cut so that
+  /// what is left of the frame, or until a collider begins to move or stops, is a whole number of them.
   double next_step(double left) {
     const double h = options_.cell, never = 2 * left;
     const double sound = limits_.wave_speed > 0 ? options_.sound_cfl * h / limits_.wave_speed : never;
     const double loose = limits_.loose_speed > 0 ? options_.sound_cfl * h / limits_.loose_speed : never;
-    const double motion = longest_step(limits_.speed, gravity_.norm(), options_.cfl * h);
+    const double motion = longest_step(std::max(limits_.speed, solids_.speed()), gravity_.norm(), options_.cfl * h);
     double dt = std::min({sound, loose, motion});
     const char* const who = dt == motion ? "motion" : dt == loose ? "sound in what is loose or strongly stretched" : "sound";
     if (!(dt > kShortestStep / fps_))
@@ -239,6 +242,7 @@ class Solid final : public Simulation {
   StepLimits limits_;
   base::Vec3 momentum_ = base::Vec3::Zero();   // [kg m/s] of the particles
   double gravity_work_ = 0;                    // [J] along periodic axes, since the frame before
+  double collider_work_ = 0;                   // [J] of colliders that move, likewise
   Restraint restraint_;
   std::vector<Carry> carries_;                 // of the groups, when nothing restrains them
   Steps steps_;
@@ -316,7 +320,7 @@ Totals Solid<D, Real>::totals() const {
   t.held_strains = c.held;
   t.steps_by_sound = steps_.by_sound, t.steps_by_loose = steps_.by_loose, t.steps_by_motion = steps_.by_motion;
   t.shortest_step = steps_.shortest;
-  t.gravity_work = gravity_work_, t.largest_cfl = steps_.largest_cfl;
+  t.gravity_work = gravity_work_, t.collider_work = collider_work_, t.largest_cfl = steps_.largest_cfl;
   if (steps_.all > 0) t.least_volume = limits_.least_volume, t.most_volume = limits_.most_volume;
   return t;
 }
@@ -384,7 +388,7 @@ void Solid<D, Real>::restore(const State& s) {
   momentum_ = momentum_of_particles();
   frame_ = s.frame;
   step_.clear_counts();
-  steps_ = {}, gravity_work_ = 0;
+  steps_ = {}, gravity_work_ = 0, collider_work_ = 0;
 }
 
 /// With the deformation of each particle.

@@ -163,7 +163,7 @@ void SolidStep<D, Real>::find_touched(const Groups& groups) {
 }
 
 template <int D, class Real>
-void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const Groups& groups, base::Ledger& ledger) {
+void SolidStep<D, Real>::update(double time, double dt, const base::Vec3& acceleration, const Groups& groups, base::Ledger& ledger) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   {
     const auto pass = ledger.pass("grid_update", 2 * grid_bytes());
@@ -201,13 +201,18 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const
     });
   }
   audit_update("forces", ledger);
+  collider_work_ = 0;
   if (contacts_.empty()) return;
   {
     const auto pass = ledger.pass("collide", grid_bytes());
+    contacts_.move_to(time);
     find_touched(groups);
-    base::parallel_chunks(blocks_.count(), 64, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t slot = begin; slot < end; ++slot) contacts_.apply(blocks_.block(slot), touched_[slot], &grid_.velocity[slot * per_block]);
-    });
+    collider_work_ = unit_mass_ * base::ordered_reduce(blocks_.count(), 64, 0.0, [&](std::size_t begin, std::size_t end) {
+      double work = 0;
+      for (std::size_t slot = begin; slot < end; ++slot)
+        work += contacts_.apply(blocks_.block(slot), touched_[slot], &grid_.mass[slot * per_block], &grid_.velocity[slot * per_block]);
+      return work;
+    }, [](double a, double b) { return a + b; });
   }
   audit_update("collide", ledger);
 }
@@ -271,17 +276,19 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
         SolidCounts counts;
         std::int64_t lost = -1;
         GatherAudit audit;
+        double work = 0;
       };
       const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
         BlockGather<D, Real> gathering(blocks_, grid_, before_.velocity, solids_, dt, keep);
         gathering.audits = audits_;
         for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
-        return Part{gathering.limits, gathering.counts, gathering.lost, gathering.audit};
+        return Part{gathering.limits, gathering.counts, gathering.lost, gathering.audit, gathering.collider_work};
       }, [](Part a, const Part& b) {
         a.limits.take(b.limits);
         a.limits.momentum += b.limits.momentum;
         a.counts.add(b.counts);
         a.audit.add(b.audit);
+        a.work += b.work;
         if (a.lost < 0) a.lost = b.lost;
         return a;
       });
@@ -291,6 +298,7 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
       limits.take(all.limits);
       limits.momentum += group.particles.mass * all.limits.momentum;
       counts_.add(all.counts);
+      collider_work_ += all.work;
       parts.add(all.audit);
     }
     ledger.hold("spare", spare);

@@ -2,7 +2,7 @@
 // One explicit step of elastic and plastic bodies (symplectic Euler, material point method [Sulsky94, PolyPIC S5]), pass by pass:
 //
 //   step.scatter(dt, groups, ledger);        sort; P2G of mass, momentum and dt times the force -sum V0 tau grad w
-//   step.update(dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
+//   step.update(time, dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
 //   step.gather(dt, keep, groups, ledger);   G2P; x += dt c_1; F <- (I + dt sum v grad w^T) F, return map, stress; carry
 //
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
@@ -61,7 +61,8 @@ class SolidStep {
   SolidStep(const Scene& scene, const Solids<D>& solids);
 
   void scatter(double dt, Groups&, base::Ledger&);
-  void update(double dt, const base::Vec3& acceleration, const Groups&, base::Ledger&);
+  /// Forces and contact, from `time` [s] on.
+  void update(double time, double dt, const base::Vec3& acceleration, const Groups&, base::Ledger&);
   /// `keep` [1] is FLIP's. Throws LostParticle for one that is not finite or crossed several cells.
   StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
 
@@ -72,6 +73,8 @@ class SolidStep {
   const NodeVelocity<D, Real>& grid() const { return grid_; }
   /// What `scatter` left on the nodes, before gravity and contact; after `update`.
   const NodeTotals& scattered() const { return scattered_; }
+  /// [J] what colliders that move have done in the last update and gather.
+  double collider_work() const { return collider_work_; }
   const SolidCounts& counts() const { return counts_; }
   SolidCounts& counts() { return counts_; }   // to go back to what they were
   /// Where the energy went since the counts were cleared; empty unless the scene says audit.
@@ -106,6 +109,7 @@ class SolidStep {
   PlaceSet<D> touched_;                            // nodes, as find_touched has them
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
+  double collider_work_ = 0;                       // [J]
   SolidCounts counts_;
   bool audits_;
   base::Vec3 down_;                                // [m/s^2] gravity along axes that have a floor
@@ -147,6 +151,7 @@ class BlockGather {
 
   StepLimits limits = {};
   SolidCounts counts = {};
+  double collider_work = 0;    // [J] of those that move, on particles that were pushed out
   std::int64_t lost = -1;      // id of a particle that is not finite or went too far
   bool audits = false;         // whether to fill the next
   GatherAudit audit = {};

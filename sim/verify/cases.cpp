@@ -21,7 +21,6 @@ std::vector<CaseNotBuilt> cases_not_built() {
           {"implicit_force_is_the_energys_derivative", "an implicit integrator", "case 14"},
           {"density_ratio_1000", "two liquids of different density", "case 18"},
           {"viscosity_ratio_1e5", "viscosity", "case 18"},
-          {"moving_colliders_and_solids", "colliders that move among solids", "case 17"},
           {"not_finite_level_set", "level sets as input", "case 7"}};
 }
 

@@ -56,20 +56,22 @@ VerifyCase thin_wall(int dimension, const Scheme& scheme, bool is_solid, double 
   return c;
 }
 
-/// Two plates close on a column of liquid that can get away above them only.
-VerifyCase closing(int dimension, const Scheme& scheme) {
-  VerifyCase c = contact_case("closing_colliders", dimension, scheme, false);
+/// Two plates close on a column that can get away above them only.
+VerifyCase closing(int dimension, const Scheme& scheme, bool is_solid) {
+  VerifyCase c = contact_case("closing_colliders", dimension, scheme, is_solid);
   c.expect = "two plates close to half a cell: no particle in them, none lost (value: particles in a plate)";
   c.tolerance = 0;
   c.run = [=] {
     const double h = 0.05;
-    Scene scene = tank(dimension, h, {0, 0, 0}, {1, 0.2, dimension == 2 ? 0 : 0.2});
+    Scene scene = is_solid ? walled_scene(dimension, 1, h) : tank(dimension, h, {0, 0, 0}, {1, 0.2, dimension == 2 ? 0 : 0.2});
     apply(scheme, scene.options);
     add_gravity(scene);
+    if (is_solid) scene.bodies = {block({0.4, 0, 0}, {0.6, 0.2, dimension == 2 ? 0 : 0.2}, kJelly)};
     const base::Vec3 top = dimension == 2 ? base::Vec3(0, 0.3, 0) : base::Vec3(0, 0.3, 0.3);   // half as high as the tank: the liquid gets away above
     const base::Vec3 low = dimension == 2 ? base::Vec3(0, -0.1, 0) : base::Vec3(0, -0.1, -0.1);
     scene.colliders = {box_collider("left", base::Vec3(0.25, 0, 0) + low, base::Vec3(0.4, 0, 0) + top, {0.18, 0, 0}),
                        box_collider("right", base::Vec3(0.6, 0, 0) + low, base::Vec3(0.75, 0, 0) + top, {-0.18, 0, 0})};
+    for (Collider& plate : scene.colliders) plate.meets_solids = is_solid;
     std::int64_t inside = 0;
     const Course course = follow(scene, {.fps = 24, .frames = 12, .see = [&](const Simulation& s) {   // 0.2 m apart, and 0.02 m after half a second
       for (const Collider& collider : scene.colliders) {
@@ -211,8 +213,9 @@ void add_contact_cases(std::vector<VerifyCase>& all) {
   all.push_back(thin_wall(3, linear, false, 2, 20, true));
   all.push_back(thin_wall(3, full, false, 0.5, 20, true));
   all.push_back(thin_wall(3, rough, true, 2, 20, true));
-  all.push_back(closing(2, linear));
-  all.push_back(closing(3, reflected));
+  all.push_back(closing(2, linear, false));
+  all.push_back(closing(3, reflected, false));
+  all.push_back(closing(2, full, true));
   all.push_back(overlapping(2, full, false));
   all.push_back(overlapping(3, linear, false));
   all.push_back(overlapping(2, rough, true));

@@ -110,7 +110,7 @@ void place_and_images(const Place& at, const std::vector<Solid>& solids, double 
     if (distance <= 0 || distance >= reach) continue;
     const Vec3 image = at.position - 2 * distance * normal;
     const double as_deep = solid.shape.mesh ? 0.95 : 0.999;   // a mesh's distances are not exact
-    if (-solid.shape.distance(image) > as_deep * distance) places.push_back({image, at.velocity - 2 * normal.dot(at.velocity - solid.velocity) * normal});
+    if (-solid.shape.distance(image) > as_deep * distance) places.push_back({image, at.velocity - 2 * normal.dot(at.velocity - solid.motion.at(at.position)) * normal});
   }
 }
 
