@@ -77,7 +77,7 @@ check "... and exits 0" [ "$code" = 0 ]
 builds; launch test -L fast --full -R transfer
 check "-L and -R go together, to the sanitized suite as well" [ "$(grep -cE '^ctest .* -L fast -R transfer$' "$calls")" = 2 ]
 check "--full runs in release what no other call does" [ "$(grep -cE '^ctest .* -C full -L fast -R transfer$' "$calls")" = 1 ]
-check "... and builds the benchmarks" called '^cmake .* --target polypic_bench '
+check "... and builds all, benchmarks too" called '^cmake .* --target all '
 check "... and both count" printed "2 passed, 0 failed"
 builds; stand_in ctest 'echo "1/2 Test  #1: Films/Film.Ends/a_b  # GetParam() = \"a_b\" ......   Passed    0.10 sec"
   echo "2/2 Test #12: Films/Film.Ends/c  # GetParam() = \"c\" ...***Failed    0.10 sec"; exit 8'; launch test
