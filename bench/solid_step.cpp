@@ -75,7 +75,7 @@ void run(benchmark::State& state, const Case& c) {
   const auto advance = [&] {
     const double dt = kSoundCfl * kCell / wave_speed;
     step.scatter(dt, groups, ledger);
-    step.update(0, dt, base::Vec3(0, 0, -9.81), groups, ledger);
+    step.update(dt, base::Vec3(0, 0, -9.81), groups, ledger);
     const StepLimits limits = step.gather(dt, 0, groups, ledger);
     wave_speed = std::max(limits.wave_speed, limits.loose_speed);
   };

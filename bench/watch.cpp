@@ -91,7 +91,7 @@ void solid(benchmark::State& state, Transfer transfer) {
   const auto advance = [&] {
     const auto start = Clock::now();
     step.scatter(dt, groups, ledger);
-    step.update(0, dt, base::Vec3(0, 0, -9.81), groups, ledger);
+    step.update(dt, base::Vec3(0, 0, -9.81), groups, ledger);
     const auto middle = Clock::now();
     benchmark::DoNotOptimize(sums_of(step.grid()));
     const double watched = seconds_since(middle);

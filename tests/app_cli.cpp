@@ -59,6 +59,8 @@ TEST_F(CommandLine, GuessesTheFileOfAShotByItsName) {
 TEST_F(CommandLine, NamesTheEntriesThereAreForOneThatIsNot) {
   write("x.toml", kSmallShot);
   expect_refusal({"run", "x.toml", "--set", "body.nobody.density=1"}, 2, {"body.nobody: no such entry (there is column)\n"});
+  expect_refusal({"run", "x.toml", "--set", "light.1.kind=sun"}, 2,
+                 {"light = { 1 = { kind = \"sun\" } }: must be tables, each under [[light]] (none is written; light = [{ kind = \"sun\" }] writes the first)\n"});
   expect_refusal({"run", "x.toml", "--set", "body.colum.density=1"}, 2, {"body.colum: no such entry (did you mean body.column?)\n"});
 }
 
@@ -232,6 +234,7 @@ TEST_F(CommandLine, ExplainsAKeyUnderTheNameOfAnyEntryOrOfNone) {
   for (const std::string topic : {"body.velocity", "body.column.velocity", "body.1.velocity"}) EXPECT_EQ(run({"params", topic}).out, keys) << topic;
   EXPECT_NE(run({"params", "light.1"}).out.find("light.N.kind"), std::string::npos);
   EXPECT_TRUE(run({"params", "gravity"}).out.starts_with("effect.N.kind ")) << "the key that it is a choice of";
+  expect_refusal({"params", "gravit"}, 2, {"gravit: no such key, table or problem (did you mean gravity?)\n"});
   expect_refusal({"params", "body.velocty"}, 2, {"body.velocty: no such key, table or problem (did you mean body.velocity?)\n"});
 }
 

@@ -130,6 +130,18 @@ TEST_F(Info, KnowsAShotWhoseFilesLieElsewhere) {
   EXPECT_EQ(run({"plan", "ring.toml"}).exit, 2);   // which needs what is inside
 }
 
+TEST_F(Info, KnowsMeshesAndWhetherTheyAreClosed) {
+  const std::string corners = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\n", sides = "f 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  write_bytes("closed.obj", corners + "f 3 2 1\n" + sides);
+  write_bytes("open.obj", corners + sides);
+  const Json closed = info("closed.obj");
+  EXPECT_EQ(closed.at("kind"), "mesh");
+  EXPECT_EQ(closed.at("mesh"), (Json{{"triangles", 4}, {"bounds", {{0.0, 0.0, 0.0}, {2.0, 3.0, 4.0}}}, {"closed", true}}));
+  const Json open = info("open.obj").at("mesh");
+  EXPECT_EQ(open.at("closed"), false);
+  EXPECT_NE(open.at("why_not_closed").get<std::string>().find("edge"), std::string::npos);
+}
+
 TEST_F(Info, RefusesAnythingElseInOneLine) {
   fs::create_directory(folder / "folder.vdb");
   for (const std::string end : {".vdb", ".exr", ".png", ".mp4", ".h5", ".json", ".toml", ".doc"}) {

@@ -93,7 +93,7 @@ StepLimits step_once(const Scene& scene, const Solids<3>& solids, std::vector<Gr
   SolidStep<3, Real> step(scene, solids);
   base::Ledger ledger;
   step.scatter(kDt, groups, ledger);
-  step.update(0, kDt, base::Vec3(0, 0, -9.81), groups, ledger);
+  step.update(kDt, base::Vec3(0, 0, -9.81), groups, ledger);
   return step.gather(kDt, 0, groups, ledger);
 }
 

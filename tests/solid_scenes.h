@@ -28,4 +28,12 @@ inline std::vector<sim::Totals> run(sim::Simulation& simulation, int frames) {
 
 inline double energy(const sim::Totals& t) { return t.energy(); }
 
+inline const sim::Material kJelly{.model = sim::Elasticity::neo_hookean, .density = 1000, .young = 1e5, .poisson = 0.3};
+
+inline base::Vec3 mean_position(const sim::Frame& f) {
+  base::Vec3 sum = base::Vec3::Zero();
+  for (const auto& x : f.position) sum += x.cast<double>();
+  return sum / double(f.position.size());
+}
+
 }  // namespace solid_test

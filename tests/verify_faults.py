@@ -42,6 +42,8 @@ FAULTS = [
     ("closed faces stand still", PRESSURE, "v[a][i] = moves ? Real(cells.open.pushed(a, i)) : Real(0);", "v[a][i] = @ ? v[a][i] : moves ? Real(cells.open.pushed(a, i)) : Real(0);", "full_box"),
     ("the imbalance is told", STEP, "report.imbalance / options_.cell);\n  solid", "(@ ? 0.0 : report.imbalance) / options_.cell);\n  solid", "piston_into_a_full_box"),
     ("the volume correction", LIQUID, "const bool corrects = options_.volume_correction > 0", "const bool corrects = !@ && options_.volume_correction > 0", "blocks_fall_into_a_pool"),
+    ("cut faces seen by their open part", PRESSURE, "v[a][face] = velocity;", "if (!@) v[a][face] = velocity;", "funnel"),
+    ("what is piled up before a collider is let out", "sim/fluid/surface_distance.cpp", "if (cells.open.cut(i, blocks)) {", "if (!@ && cells.open.cut(i, blocks)) {", "funnel"),
     ("changes of volume averaged against locking", SEEDING, "group.averages = body.solid.volume_averaging;", "group.averages = !@ && body.solid.volume_averaging;", "beam"),
 ]
 # The same of the watch: what its tests must notice.

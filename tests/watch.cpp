@@ -117,7 +117,7 @@ struct HalfAStep {
   base::Ledger ledger;
   HalfAStep() {
     step.scatter(1e-3, groups, ledger);
-    step.update(0, 1e-3, base::Vec3(0, -9.81, 0), groups, ledger);
+    step.update(1e-3, base::Vec3(0, -9.81, 0), groups, ledger);
   }
 };
 

@@ -18,7 +18,7 @@ constexpr std::string_view kFirstPage = R"(polypic turns a shot file into a film
   polypic plan SHOT        what a shot asks for and what it will cost
   polypic cost SHOT        what more or less accuracy would cost in time; also cost PROBLEM
   polypic list             shots, materials, looks and problems that come with the program
-  polypic info FILE        what is in a .vdb, .exr, .png, .mp4, .h5, .json, .toml or .html
+  polypic info FILE        what is in a .vdb, .exr, .png, .mp4, .h5, .json, .toml, .html or mesh
   polypic diff A B         how far two images, .vdb files or runs lie apart
   polypic sheet RUN...     pictures of several runs side by side, with labels
   polypic params [TOPIC]   every key of a shot file: unit, default, range, meaning
@@ -123,6 +123,7 @@ cost.csv, cost.json, report.html (one page, no network needed) and its plots as 
 
   polypic info out/dam_break/surface/surface.0012.vdb
   polypic info out/dam_break/images/beauty.0012.exr
+  polypic info shots/bowl.obj     bounds, triangles, and whether it is closed, as bodies and colliders must be
 )"},
     {"diff", R"(polypic diff A B [options]     how far two results lie apart; exit code 0: the same, 6: they differ
 

@@ -9,7 +9,9 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "render/mesh_file.h"
 #include "sim/checkpoint.h"
+#include "sim/closed_mesh.h"
 
 namespace app {
 namespace {
@@ -123,6 +125,18 @@ Json page_info(const fs::path& file) {
   return {{"schema", 1}, {"file", file.string()}, {"kind", "report"}, {"report", page}};
 }
 
+/// Bounds in the file's units, before `scale`, `angle` and `translate` of a shape; what is not closed can be a set, but no body or collider.
+Json mesh_info(const fs::path& file) {
+  const render::Triangles mesh = render::read_mesh(file);
+  base::Box bounds{mesh.position.front().cast<double>(), mesh.position.front().cast<double>()};
+  for (const base::Vec3f& at : mesh.position) bounds.lower = bounds.lower.cwiseMin(at.cast<double>()), bounds.upper = bounds.upper.cwiseMax(at.cast<double>());
+  const auto place = [](const base::Vec3& at) { return Json{at.x(), at.y(), at.z()}; };
+  const std::string objection = sim::ClosedMesh(mesh.position, mesh.triangles, 1, base::Vec3::Zero()).objection();
+  Json out = {{"triangles", mesh.triangles.size()}, {"bounds", {place(bounds.lower), place(bounds.upper)}}, {"closed", objection.empty()}};
+  if (!objection.empty()) out["why_not_closed"] = objection;
+  return {{"schema", 1}, {"file", file.string()}, {"kind", "mesh"}, {"mesh", out}};
+}
+
 /// The extension; a checkpoint that was put aside, state.0010.h5.bad2, is still one.
 std::string kind_of(const fs::path& file) { return base::extension_of(file.extension().string().starts_with(".bad") ? file.stem() : file); }
 
@@ -171,7 +185,7 @@ void print_text(const Json& out) {
     for (const auto& [name, value] : image["metadata"].items()) std::printf("  %s  %s\n", name.c_str(), plain(value).c_str());
   }
   if (out.contains("run")) print_run(out["run"]);
-  for (const char* part : {"record", "movie", "checkpoint", "shot", "report"})
+  for (const char* part : {"record", "movie", "checkpoint", "shot", "report", "mesh"})
     if (out.contains(part))
       for (const auto& [name, value] : out[part].items()) std::printf("  %s  %s\n", name.c_str(), value.dump().c_str());
 }
@@ -206,8 +220,10 @@ void info(const Request& request) {
       out = {{"schema", 1}, {"file", file.string()}, {"kind", "movie"}, {"movie", movie_info(file)}};
     } else if (extension == ".html") {
       out = page_info(file);
+    } else if (extension == ".obj" || extension == ".ply" || extension == ".stl") {
+      out = mesh_info(file);
     } else {
-      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .mp4, .h5, .json, .toml, .html");
+      base::throw_input(file.string(), "not a kind of file that is known here: .vdb, .exr, .png, .mp4, .h5, .json, .toml, .html, .obj, .ply, .stl");
     }
   } catch (const Json::exception&) {
     base::throw_input(file.string(), "not a document of this program");

@@ -68,6 +68,13 @@ std::vector<KeyRow> rows_about(const std::string& topic) {
       words.push_back(row.key.substr(start, dot - start));
     }
   }
+  for (const KeyRow& row : rows)   // the quoted words of "one of ..."
+    for (std::size_t open = row.allowed.find('"'); open != std::string::npos;) {
+      const std::size_t close = row.allowed.find('"', open + 1);
+      if (close == std::string::npos) break;
+      words.push_back(row.allowed.substr(open + 1, close - open - 1));
+      open = row.allowed.find('"', close + 1);
+    }
   const auto is_choice = [&](const KeyRow& row) { return row.allowed.find('"' + topic + '"') != std::string::npos; };
   const bool is_key = std::any_of(rows.begin(), rows.end(), [&](const KeyRow& row) { return matches(row.key, topic); });
   std::erase_if(rows, [&](const KeyRow& row) { return is_key ? !matches(row.key, topic) : !is_choice(row); });

@@ -345,7 +345,12 @@ void Reader::list_of(std::string_view name, std::string_view, const std::functio
   const Node* node = declare(name);
   if (!node) return;
   const bool is_empty = node->kind == Node::Kind::array && node->items.empty();
-  if (!node->is_list() && !is_empty) return complain({name, "", ""}, *node, "tables, each under [[" + std::string(name) + "]]");
+  if (!node->is_list() && !is_empty) {
+    const std::string list(name);
+    const bool names_first = node->is_table() && node->items.size() == 1 && node->keys.front() == "1" && node->items.front().is_table();   // --set light.1.kind=sun
+    return complain({name, "", ""}, *node, "tables, each under [[" + list + "]]",
+                    names_first ? "none is written; " + list + " = [" + value_text(node->items.front()) + "] writes the first" : "");
+  }
   check_names(*node, name);
   resize(node->items.size());
   Node given, complete;

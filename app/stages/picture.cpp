@@ -86,8 +86,8 @@ render::Setting PictureMaker::setting_at(std::int64_t frame) const {
     std::vector<sim::Image> all = sim::images_of(sim::drawn_shape_at(time, c, o), o);
     const auto seen = std::find_if(all.begin(), all.end(), [&](const sim::Image& image) { return meets_domain(image.shape); });
     if (seen != all.end()) std::iter_swap(all.begin(), seen);
-    const sim::RigidMotion motion = sim::motion_at(time, c, o);
-    c.shape = all.front().shape, c.velocity = motion.velocity, c.spin = motion.spin, c.pivot = motion.pivot + all.front().by;
+    const sim::RigidMotion motion = sim::motion_at(time, c, o).moved(all.front().by);
+    c.shape = all.front().shape, c.velocity = motion.velocity, c.spin = motion.spin, c.pivot = motion.pivot;
     for (std::size_t k = 1; k < all.size(); ++k)
       if (meets_domain(all[k].shape)) setting.images.push_back({i, all[k].shape, all[k].by - all.front().by});
   }
@@ -111,10 +111,8 @@ double PictureMaker::surface(std::int64_t frame) {
     if (collider.shape.mesh) collider.shape.mesh->distances->prepare();
     room.solids.push_back({collider.shape, collider.motion()});
   }
-  for (const render::ColliderImage& image : setting.images) {
-    room.solids.push_back({image.shape, setting.colliders[image.collider].motion()});
-    room.solids.back().motion.pivot += image.by;
-  }
+  for (const render::ColliderImage& image : setting.images)
+    room.solids.push_back({image.shape, setting.colliders[image.collider].motion().moved(image.by)});
   for (const sim::Body& body : shot_.scene.bodies) room.dry.push_back(o.is_solid() && body.solid.model != sim::Elasticity::tait);
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);

@@ -12,10 +12,8 @@ Vec3f keep_on_side(const Vec3f& direction, const Vec3f& normal) {
   return (direction + (kLeast - height) * normal).normalized();
 }
 
-/// The normal for shading, turned to the geometric one where it looks away from the path.
-Vec3f seen_normal(const Vec3f& shading, const Vec3f& geometric, const Vec3f& direction) {
-  return -direction.dot(shading) < 1e-4f ? geometric : shading;
-}
+/// The normal for shading, bent just enough to be seen where it looks away from the path, as along a silhouette. (The facet's own would show facets.)
+Vec3f seen_normal(const Vec3f& shading, const Vec3f& direction) { return keep_on_side(shading, -direction); }
 
 /// A diffuse surface.
 struct Lambert {
@@ -57,7 +55,7 @@ bool Integrator::meets_surface(Path& path, const Hit& hit, Work& work) const {
   if (material.dielectric) return meets_dielectric(path, point, hit, work);
   const bool outside = path.ray.direction.dot(hit.geometric) < 0;
   const Vec3f geometric = outside ? hit.geometric : Vec3f(-hit.geometric);
-  const Frame frame(seen_normal(outside ? hit.shading : Vec3f(-hit.shading), geometric, path.ray.direction));
+  const Frame frame(seen_normal(outside ? hit.shading : Vec3f(-hit.shading), path.ray.direction));
   const Spot spot{point, geometric, frame, frame.local(-path.ray.direction)};
   if (material.model != Model::conductor || material.alpha > 0) guide(path, color, frame.n, work);
   if (material.model == Model::emissive) {
@@ -146,7 +144,7 @@ bool Integrator::meets_dielectric(Path& path, const Vec3f& point, const Hit& hit
     work.sum += path.weight.cwiseProduct(scene_.lights.sky.radiance(path.ray.direction)) / path.compression;
     return false;
   }
-  const Vec3f normal = seen_normal(entering ? hit.shading : Vec3f(-hit.shading), geometric, path.ray.direction);
+  const Vec3f normal = seen_normal(entering ? hit.shading : Vec3f(-hit.shading), path.ray.direction);
   if (const float alpha = scene_.surfaces[static_cast<std::size_t>(hit.surface)].material.alpha; alpha > 0) {
     const Frame frame(normal);
     guide(path, Vec3f::Ones(), normal, work);

@@ -92,19 +92,22 @@ void Solids<D>::move_to(double time) {
   shapes.clear(), motions.clear(), reaches_.clear(), thin_.clear();
   const double way = options_.cfl * cell;   // [m] that a particle crosses in a step, and a collider
   for (const Collider& collider : colliders_) {
-    const Shape now = shape_at(time, collider, options_);
-    const RigidMotion motion = motion_at(time, collider, options_);
-    const auto of_image = [&](const Image& image) {
-      RigidMotion there = motion;
-      if (!motion.spin.isZero(0)) there.pivot += image.by;
-      return there;
-    };
-    for (const Image& image : images_of(now, options_, 1e-6 * cell))
-      shapes.push_back(image.shape), motions.push_back(of_image(image)), reaches_.emplace_back(image.shape, *this);
+    for (Placed& solid : placed(collider, 1e-6 * cell)) {
+      reaches_.emplace_back(solid.shape, *this);
+      shapes.push_back(std::move(solid.shape)), motions.push_back(solid.motion);
+    }
     // Thicker ones push back to the side that a particle came from.
-    if (const double thin = thickness(now, D); thin < 1.999 * way)
-      for (const Image& image : images_of(now, options_, 2 * way)) thin_.push_back({image.shape, of_image(image), thin});
+    if (const double thin = thickness(collider.shape, D); thin < 1.999 * way)
+      for (Placed& solid : placed(collider, 2 * way)) thin_.push_back({std::move(solid), thin});
   }
+}
+
+template <int D>
+auto Solids<D>::placed(const Collider& collider, double margin) const -> std::vector<Placed> {
+  const RigidMotion motion = motion_at(time_, collider, options_);
+  std::vector<Placed> all;
+  for (Image& image : images_of(shape_at(time_, collider, options_), options_, margin)) all.push_back({std::move(image.shape), motion.moved(image.by)});
+  return all;
 }
 
 template <int D>
@@ -209,8 +212,8 @@ void Solids<D>::stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>
     end[a] += (double(to.cell[a]) + double(to.offset[a])) * cell;
   }
   for (const Thin& thin : thin_) {
-    const Shape& shape = thin.shape;
-    const base::Vec3 first = start + dt * thin.motion.at(start), way = end - first;   // as one who moves with the collider sees it
+    const Shape& shape = thin.solid.shape;
+    const base::Vec3 first = start + dt * thin.solid.motion.at(start), way = end - first;   // as one who moves with the collider sees it
     const double length = way.norm();
     if (length == 0 || shape.distance(first) > length || shape.distance(first) < 0) continue;
     const int looks = int(std::ceil(4 * length / thin.thickness)) + 1;

@@ -53,6 +53,14 @@ struct Solids {
   double speed() const { return speed_; }
   /// [s] When a collider begins to move or stops next, after a time.
   double next_change(double time) const;
+  /// At t = 0, continued through the walls that they stand on.
+  const std::vector<Collider>& colliders() const { return colliders_; }
+  struct Placed {
+    Shape shape;
+    RigidMotion motion;
+  };
+  /// One of the colliders where it is now, and images of it that come nearer to a periodic side than `margin` [m].
+  std::vector<Placed> placed(const Collider&, double margin) const;
   /// [cells] that a collider moves in a step.
   double longest_way() const { return options_.cfl; }
 
@@ -93,7 +101,7 @@ struct Solids {
   void stop_in_thin(const Site<D, Real>& from, double dt, Site<D, Real>& to) const;
 
  private:
-  std::vector<Collider> colliders_;   // at t = 0, continued through the walls that they stand on
+  std::vector<Collider> colliders_;
   Options options_;
   double time_ = 0;                   // [s]
   double speed_ = 0;                  // [m/s]
@@ -109,8 +117,7 @@ struct Solids {
   };
   std::vector<Reach> reaches_;        // of each of `shapes`
   struct Thin {
-    Shape shape;                      // as in `shapes`, and images that a particle may come to before it is back in the domain
-    RigidMotion motion;
+    Placed solid;                     // as in `shapes`, and images that a particle may come to before it is back in the domain
     double thickness;                 // [m]
   };
   std::vector<Thin> thin_;

@@ -41,6 +41,27 @@ class OpenFaces {
     }
     return false;
   }
+  /// The part of a cell that colliders leave open [1]: the mean of its faces, of which those that walls and sources close count as open.
+  float open_part(std::size_t index, const ActiveBlocks<D>& blocks) const {
+    float sum = 0;
+    for (int a = 0; a < D; ++a)
+      for (const int side : {0, 1}) {
+        const std::ptrdiff_t face = side ? blocks.neighbour(index, a, 1) : std::ptrdiff_t(index);
+        sum += face < 0 || !plane(a, std::size_t(face)) ? 1.0f : (*this)(a, std::size_t(face));
+      }
+    return sum / (2 * D);
+  }
+  /// The plane in which what is beside a collider slips that covers all or part of a face. Null of a face that is open, a wall's or a source's.
+  struct Plane {
+    std::array<float, std::size_t(D)> normal{};     // outward; 0: there is none
+    std::array<float, std::size_t(D)> velocity{};   // [m/s] of the collider
+  };
+  const Plane* plane(int axis, std::size_t index) const {
+    const std::int32_t part = part_[index / kPerBlock], at = part < 0 ? kOpen : planes_at_[std::size_t(part)];
+    if (at < 0) return nullptr;
+    const Plane& found = planes_[std::size_t(at)][std::size_t(axis)][index % kPerBlock];
+    return found.normal == decltype(found.normal){} ? nullptr : &found;
+  }
   /// Whether a source gives a face its velocity.
   bool held(int axis, std::size_t index) const {
     const std::int32_t part = held_.empty() ? kOpen : part_[index / kPerBlock];
@@ -72,6 +93,9 @@ class OpenFaces {
   std::vector<std::int64_t> keys_;
   std::vector<std::int32_t> part_;      // of each slot, or kOpen
   using Flags = std::array<std::bitset<kPerBlock>, std::size_t(D)>;
+  using Planes = std::array<std::array<Plane, kPerBlock>, std::size_t(D)>;
+  std::vector<std::int32_t> planes_at_;         // of each of fractions_, or kOpen: no collider is near
+  std::vector<Planes> planes_;
   std::vector<Fractions> fractions_, pushed_;   // pushed_: empty where no solid moves and no source acts
   std::vector<Flags> held_;                     // empty where no source acts
   double time_ = 0;                             // [s] of the solids
@@ -83,5 +107,8 @@ inline constexpr double kLeastOpening = 0.01;
 /// The part of a segment, or of a triangle, where a linear function with these values at its ends is above 0; 0 where it is 0 throughout.
 double positive_part(double a, double b);
 double positive_part(double a, double b, double c);
+/// The integral of another linear function, v at the ends, over the rest of it, as a part of the segment or triangle.
+double integral_of_rest(std::array<double, 2> distance, std::array<double, 2> v);
+double integral_of_rest(std::array<double, 3> distance, std::array<double, 3> v);
 
 }  // namespace sim

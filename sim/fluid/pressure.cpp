@@ -1,7 +1,11 @@
 #include "sim/fluid/pressure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -240,6 +244,71 @@ void subtract_gradient(FaceField<D, Real>& v, const LiquidCells<D>& cells, const
   });
 }
 
+/// The mean of a component over the faces around one which liquid touches, each for as much as it is open; none where none is.
+template <int D, class Real, std::size_t N>
+std::optional<double> mean_of_open(const std::vector<Real>& v, int axis, const std::array<std::ptrdiff_t, N>& faces, const LiquidCells<D>& cells,
+                                   const std::vector<std::uint8_t>& valid) {
+  double sum = 0, weights = 0;
+  for (const std::ptrdiff_t face : faces) {
+    if (face < 0 || !valid[std::size_t(face)]) continue;
+    const double weight = cells.open(axis, std::size_t(face));
+    sum += weight * double(v[std::size_t(face)]), weights += weight;
+  }
+  return weights > 0 ? std::optional(sum / weights) : std::nullopt;
+}
+
+}  // namespace
+
+template <int D, class Real>
+void see_covered_parts(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks, const FaceMask<D>& valid) {
+  constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
+  using Seen = std::vector<std::pair<std::size_t, Real>>;
+  std::array<Seen, std::size_t(D)> seen;
+  const auto meets_air = [&](std::ptrdiff_t i) {   // of liquid
+    return i >= 0 && !cells.distance.empty() && cells.kind[std::size_t(i)] == CellKind::liquid && cells.distance[std::size_t(i)] > -1;
+  };
+  for (int a = 0; a < D; ++a)
+    seen[std::size_t(a)] = base::ordered_reduce(blocks.count(), kBlocksAtOnce, Seen{}, [&](std::size_t begin, std::size_t end) {
+      Seen found;
+      for (std::size_t slot = begin; slot < end; ++slot) {
+        if (cells.open.is_open(slot)) continue;
+        for (std::size_t i = slot * per_block; i < (slot + 1) * per_block; ++i) {
+          const auto* const plane = valid[a][i] ? cells.open.plane(a, i) : nullptr;
+          if (!plane) continue;
+          std::array<std::ptrdiff_t, std::size_t(2 * D)> around;
+          for (int b = 0; b < D; ++b)
+            for (const int side : {0, 1}) around[std::size_t(2 * b + side)] = blocks.neighbour(i, b, side);
+          const std::optional<double> own = mean_of_open<D>(v[a], a, around, cells, valid[a]);
+          if (!own) continue;
+          const std::ptrdiff_t lower = around[std::size_t(2 * a)];
+          double outwards = 0;   // seen from the collider; what is not known moves with it
+          for (int b = 0; b < D; ++b) {
+            std::optional<double> there = own;
+            if (b != a) {
+              const std::ptrdiff_t next = lower < 0 ? lower : blocks.neighbour(std::size_t(lower), b, 1);
+              there = mean_of_open<D>(v[b], b, std::array{std::ptrdiff_t(i), around[std::size_t(2 * b + 1)], lower, next}, cells, valid[b]);
+            }
+            const double solid = moves ? double(plane->velocity[std::size_t(b)]) : 0;
+            outwards += double(plane->normal[std::size_t(b)]) * (there.value_or(solid) - solid);
+          }
+          const bool slips = outwards < 0 || !(meets_air(std::ptrdiff_t(i)) || meets_air(lower));
+          const double open = cells.open(a, i);
+          if (open == 0 && !slips) continue;
+          const double covered = slips ? *own - double(plane->normal[std::size_t(a)]) * outwards : *own;
+          found.emplace_back(i, Real(open * double(v[a][i]) + (1 - open) * covered));
+        }
+      }
+      return found;
+    }, [](Seen all, const Seen& part) {
+      all.insert(all.end(), part.begin(), part.end());
+      return all;
+    });
+  for (int a = 0; a < D; ++a)
+    for (const auto& [face, velocity] : seen[std::size_t(a)]) v[a][face] = velocity;
+}
+
+namespace {
+
 /// Largest net outflow of a liquid cell [m/s].
 template <int D, class Real>
 double largest_outflow(const FaceField<D, Real>& v, const LiquidCells<D>& cells, const ActiveBlocks<D>& blocks) {
@@ -301,12 +370,11 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
       }
       if (cells.kind[i] == CellKind::solid && filling[i] > 0 && cells.open.in_source(i, blocks)) volume.all += double(filling[i]);
       if (cells.kind[i] != CellKind::liquid) continue;
-      double open = 0, excess = 0, slopes = 0;
+      double excess = 0, slopes = 0;
       for (int a = 0; a < D; ++a)
         for (const int side : {0, 1}) {
           const std::ptrdiff_t j = blocks.neighbour(i, a, side), face = side ? j : std::ptrdiff_t(i);
           const double w = face < 0 ? 1 : double(cells.open(a, std::size_t(face)));
-          open += w / (2 * D);
           if (w == 0 || j < 0 || cells.distance.empty() || cells.kind[std::size_t(j)] != CellKind::air) continue;
           const double slope = double(cells.distance[std::size_t(j)]) - double(cells.distance[i]);
           excess += (theta(cells.distance[i], cells.distance[std::size_t(j)]) - 0.5) * slope * slope;
@@ -314,7 +382,7 @@ LiquidVolume liquid_volume(const LiquidCells<D>& cells, const std::vector<float>
         }
       // Walls cut no cell: only where a face is cut is part of the cell covered.
       const bool covered = !cells.open.is_open(i / per_block) && cells.open.cut(i, blocks);
-      const double here = (covered ? open : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
+      const double here = (covered ? double(cells.open.open_part(i, blocks)) : 1) * (1 + (slopes > 0 ? excess / slopes : 0));
       volume.all += here;
       if (!covered && (is_deep(std::ptrdiff_t(i)) || is_beside_deep(i))) volume.bulk += here, volume.bulk_filling += double(filling[i]);
     }
@@ -398,6 +466,10 @@ PressureReport Projection<D>::solve(FaceField<D, Real>& velocity, const std::vec
 
 template class Projection<2>;
 template class Projection<3>;
+template void see_covered_parts(FaceField<2, float>&, bool, const LiquidCells<2>&, const ActiveBlocks<2>&, const FaceMask<2>&);
+template void see_covered_parts(FaceField<2, double>&, bool, const LiquidCells<2>&, const ActiveBlocks<2>&, const FaceMask<2>&);
+template void see_covered_parts(FaceField<3, float>&, bool, const LiquidCells<3>&, const ActiveBlocks<3>&, const FaceMask<3>&);
+template void see_covered_parts(FaceField<3, double>&, bool, const LiquidCells<3>&, const ActiveBlocks<3>&, const FaceMask<3>&);
 template LiquidVolume liquid_volume(const LiquidCells<2>&, const std::vector<float>&, const ActiveBlocks<2>&);
 template LiquidVolume liquid_volume(const LiquidCells<3>&, const std::vector<float>&, const ActiveBlocks<3>&);
 template PressureReport Projection<2>::project(FaceField<2, float>&, const LiquidCells<2>&, const ActiveBlocks<2>&, double, FaceMask<2>&);

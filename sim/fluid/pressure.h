@@ -47,6 +47,13 @@ class Projection {
   std::vector<double> pressure_;     // p dt / (rho h) [m/s]: neither density nor time step matters
 };
 
+/// Makes a projected field, or displacement, what particles see of faces that colliders cover: the open part has the face's velocity, the covered part
+/// that of the liquid around it, which slips along the collider; where it leaves one beside air, it does so freely. The flow through a sliver may be
+/// many times as fast as all around it, and what it moves would weigh as much as if all of the face were open: pressure would give more than it
+/// takes. And a closed face that moved with a collider, or stood still with it, would drag. Colliders rest where nothing `moves`.
+template <int D, class Real>
+void see_covered_parts(FaceField<D, Real>&, bool moves, const LiquidCells<D>&, const ActiveBlocks<D>&, const FaceMask<D>& valid);
+
 /// What the liquid fills [cells]: its cells, less or more where the surface is nearer or farther than the face to the air. Where there are
 /// several such faces each counts by the square of the distance's slope across it. Parts of cells that colliders cover do not count,
 /// and thin liquid and what lies in air cells away from deep liquid by its particles.

@@ -132,6 +132,7 @@ double FluidStep<D, Real>::project(const base::Vec3& push, base::Ledger& ledger)
     auto pass = ledger.pass("pressure", 4 * grid_bytes());
     report = projection_.project(grid_.velocity, cells_, blocks_, options_.pressure_tolerance, valid_);
     pass.count(report.bytes);
+    see_covered_parts(grid_.velocity, /*moves=*/true, cells_, blocks_, valid_);
     if (options_.write.pressure) {
       pressure_ = projection_.pressure();
       pressure_.resize(blocks_.size(), 0.0);   // nothing was solved where there is no liquid
@@ -407,6 +408,7 @@ void FluidStep<D, Real>::correct_volume(double gain, double aim, base::Ledger& l
   std::vector<float> growth = excess_filling(filling_, aim, cells_, blocks_);
   for (float& g : growth) g *= float(gain);
   projection_.displace(displacement_, growth, cells_, blocks_, kTolerance, displaced_);
+  see_covered_parts(displacement_, /*moves=*/false, cells_, blocks_, displaced_);
   extrapolate(displacement_, displaced_, blocks_, 3);
   displaces_ = true;
 }

@@ -377,7 +377,14 @@ std::vector<float> excess_filling(const std::vector<float>& filling, double aim,
   });
   base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * per_block; i < end * per_block; ++i) {
-      if (cells.kind[i] != CellKind::liquid || is_rim[i]) continue;
+      if (cells.kind[i] != CellKind::liquid) continue;
+      if (is_rim[i]) {
+        if (cells.open.cut(i, blocks)) {
+          const double full = double(cells.open.open_part(i, blocks)) * aim;
+          excess[i] = float(std::clamp(double(filling[i]) - full - kByChance, 0.0, kMostPiled));
+        }
+        continue;
+      }
       const auto places = blocks.places_around(i);
       const bool inside = std::all_of(places.begin(), places.end(), [&](std::ptrdiff_t at) { return at >= 0 && !is_rim[std::size_t(at)]; });
       if (inside) excess[i] = float(std::clamp(mean_filling<D>(places, filling, cells.kind) - aim, -kMostExcess, kMostExcess));

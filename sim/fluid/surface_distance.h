@@ -42,9 +42,10 @@ void find_surface(const FaceField<D, Real>& mass, const std::vector<float>& coun
 template <int D>
 std::vector<float> cell_filling(const CellRanges&, const ActiveBlocks<D>&, double full);
 
-/// How much denser than `aim` the liquid's inside is: of cells around which no cell meets air and none is cut by a collider; 0 elsewhere. The
-/// same average, kept within kMostExcess.
-inline constexpr double kMostExcess = 0.5;
+/// How much denser than `aim` the liquid's inside is: of cells around which no cell meets air and none is cut by a collider. The same average, kept
+/// within kMostExcess. Of cells that a collider cuts what particles piled up there, by more than kByChance over what has room, at most kMostPiled:
+/// where a wall narrows, those that come along it are pushed together, and pressure would move each as if it were alone. 0 elsewhere.
+inline constexpr double kMostExcess = 0.5, kByChance = 0.5, kMostPiled = 2;
 template <int D>
 std::vector<float> excess_filling(const std::vector<float>& filling, double aim, const LiquidCells<D>&, const ActiveBlocks<D>&);
 

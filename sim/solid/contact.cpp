@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sim {
 namespace {
@@ -59,9 +60,9 @@ Vec<D, Real> after_contacts(std::vector<Met<D, Real>>& met, Vec<D, Real> velocit
 }  // namespace
 
 template <int D>
-NodeContacts<D>::NodeContacts(const Scene& scene)
+NodeContacts<D>::NodeContacts(const Scene& scene, const Solids<D>& solids)
     : cell_(scene.options.cell), spacing_(std::pow(double(scene.options.particles_per_cell), -1.0 / D)), origin_(scene.options.domain.lower),
-      options_(scene.options) {
+      solids_(solids) {
   const Options& o = scene.options;
   const auto contact_of = [](sim::Side side) {
     return side == sim::Side::sticky ? Contact::sticky : side == sim::Side::slip ? Contact::slip : Contact::separating;
@@ -72,23 +73,15 @@ NodeContacts<D>::NodeContacts(const Scene& scene)
     sides_.push_back({a, 0, false, {contact_of(o.boundary[std::size_t(a)][0]), o.wall_friction}});
     sides_.push_back({a, cells, true, {contact_of(o.boundary[std::size_t(a)][1]), o.wall_friction}});
   }
-  for (const Collider& collider : scene.colliders) {
-    colliders_.push_back(continued_through_walls(collider, o));
-    moves_ = moves_ || collider.moves();
-  }
-  place_at(0);
+  place();
 }
 
 template <int D>
-void NodeContacts<D>::place_at(double time) {
+void NodeContacts<D>::place() {
   bodies_.clear();
-  for (const Collider& collider : colliders_) {
-    const RigidMotion motion = motion_at(time, collider, options_);
-    for (const Image& image : images_of(shape_at(time, collider, options_), options_, cell_)) {   // what is as near as a particle reaches
-      bodies_.push_back({image.shape, {collider.contact, collider.friction}, motion});
-      if (!motion.spin.isZero(0)) bodies_.back().motion.pivot += image.by;
-    }
-  }
+  for (const Collider& collider : solids_.colliders())
+    for (auto& [shape, motion] : solids_.placed(collider, cell_))   // what is as near as a particle reaches
+      bodies_.push_back({std::move(shape), motion, {collider.contact, collider.friction}});
 }
 
 template <int D>

@@ -34,10 +34,11 @@ Vec<D, Real> after_contact(const Rubbing& solid, const Vec<D, Real>& normal, con
 template <int D>
 class NodeContacts {
  public:
-  explicit NodeContacts(const Scene&);
-  /// To where the colliders are at a time [s].
-  void move_to(double time) {
-    if (moves_) place_at(time);
+  /// `solids` must outlive it.
+  NodeContacts(const Scene&, const Solids<D>& solids);
+  /// To where the colliders are.
+  void follow() {
+    if (solids_.speed() > 0) place();
   }
   bool empty() const { return sides_.empty() && bodies_.empty(); }
   /// Corrects the velocities of nodes of one block, in place: of those that a particle which touches a solid reaches. Returns what colliders that move
@@ -58,21 +59,19 @@ class NodeContacts {
   };
   struct Body {
     Shape shape;
-    Rubbing rubbing;
     RigidMotion motion;
+    Rubbing rubbing;
   };
-  void place_at(double time);
+  void place();
   /// The outward normal that a node at a place, which lies on or in near[k], meets with a velocity [m/s] that near[k] sees.
   base::Vec3 normal(const std::vector<const Body*>& near, std::size_t k, const base::Vec3& at, const base::Vec3& velocity) const;
 
   double cell_ = 1;
   double spacing_ = 1;   // [cells] of particles as seeded
   base::Vec3 origin_ = base::Vec3::Zero();
-  Options options_;
-  std::vector<Collider> colliders_;   // at t = 0, continued through walls
-  bool moves_ = false;
+  const Solids<D>& solids_;
   std::vector<Side> sides_;
-  std::vector<Body> bodies_;          // where they are now
+  std::vector<Body> bodies_;   // where they are now
 };
 
 }  // namespace sim

@@ -60,8 +60,9 @@ class Solid final : public Simulation {
   double advance_step(double left, base::Ledger& ledger) override {
     const double start = double(frame_) / fps_ - left, change = solids_.next_change(start) - start;
     const double dt = next_step(left_until(change, left));
+    if (solids_.speed() > 0) solids_.move_to(start);   // not where the last step left them: a retry goes back, and a restart finds the same bits
     step_.scatter(dt, groups_, ledger);
-    step_.update(start, dt, gravity_, groups_, ledger);
+    step_.update(dt, gravity_, groups_, ledger);
     check_grid();
     if (solids_.speed() > 0) solids_.move_to(start + dt);
     try {

@@ -43,7 +43,7 @@ Scheme<D>::Scheme(const Options& o) : modes(mode_set<D>(o.transfer, Kernel::quad
 
 template <int D, class Real>
 SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
-    : cell_(scene.options.cell), solids_(solids), contacts_(scene), blocks_(solids.lattice), audits_(scene.options.audit),
+    : cell_(scene.options.cell), solids_(solids), contacts_(scene, solids), blocks_(solids.lattice), audits_(scene.options.audit),
       down_(downhill(gravity(scene), scene.options)) {}
 
 template <int D, class Real>
@@ -163,7 +163,7 @@ void SolidStep<D, Real>::find_touched(const Groups& groups) {
 }
 
 template <int D, class Real>
-void SolidStep<D, Real>::update(double time, double dt, const base::Vec3& acceleration, const Groups& groups, base::Ledger& ledger) {
+void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const Groups& groups, base::Ledger& ledger) {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
   {
     const auto pass = ledger.pass("grid_update", 2 * grid_bytes());
@@ -205,7 +205,7 @@ void SolidStep<D, Real>::update(double time, double dt, const base::Vec3& accele
   if (contacts_.empty()) return;
   {
     const auto pass = ledger.pass("collide", grid_bytes());
-    contacts_.move_to(time);
+    contacts_.follow();
     find_touched(groups);
     collider_work_ = unit_mass_ * base::ordered_reduce(blocks_.count(), 64, 0.0, [&](std::size_t begin, std::size_t end) {
       double work = 0;

@@ -2,7 +2,7 @@
 // One explicit step of elastic and plastic bodies (symplectic Euler, material point method [Sulsky94, PolyPIC S5]), pass by pass:
 //
 //   step.scatter(dt, groups, ledger);        sort; P2G of mass, momentum and dt times the force -sum V0 tau grad w
-//   step.update(time, dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
+//   step.update(dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
 //   step.gather(dt, keep, groups, ledger);   G2P; x += dt c_1; F <- (I + dt sum v grad w^T) F, return map, stress; carry
 //
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
@@ -61,8 +61,8 @@ class SolidStep {
   SolidStep(const Scene& scene, const Solids<D>& solids);
 
   void scatter(double dt, Groups&, base::Ledger&);
-  /// Forces and contact, from `time` [s] on.
-  void update(double time, double dt, const base::Vec3& acceleration, const Groups&, base::Ledger&);
+  /// Forces and contact with solids, which are where they are at the step's start.
+  void update(double dt, const base::Vec3& acceleration, const Groups&, base::Ledger&);
   /// `keep` [1] is FLIP's. Throws LostParticle for one that is not finite or crossed several cells.
   StepLimits gather(double dt, double keep, Groups&, base::Ledger&);
 

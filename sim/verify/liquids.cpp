@@ -267,6 +267,52 @@ VerifyCase long_pour(int dimension, const Scheme& scheme) {
   return c;
 }
 
+/// A tap pours into a funnel whose neck is four cells wide: what comes along the cone is pushed together where slivers of faces lead on.
+VerifyCase funnel(const Scheme& scheme) {
+  VerifyCase c = liquid_case("funnel", 3, scheme);
+  c.expect = "what a thousandth of the particles is faster than, over the speed of a fall from the tap to the floor; never more energy than was given; volume to 5 %";
+  c.tolerance = 1.1;
+  c.source = "case 17";
+  c.run = [=] {
+    const double cell = 0.02, edge = 0.8, tap_top = 0.74, speed = 1.2;
+    Scene scene;
+    scene.options.domain = {base::Vec3::Zero(), base::Vec3::Constant(edge)};
+    scene.options.cell = cell;
+    apply(scheme, scene.options);
+    Source tap;
+    tap.name = "tap";
+    tap.shape.box = base::Box{{0.34, 0.34, 0.7}, {0.46, 0.46, tap_top}};
+    tap.velocity = {0, 0, -speed};
+    scene.sources = {tap};
+    scene.colliders = {turned_collider("funnel", {{0.04, 0}, {0.07, 0}, {0.07, 0.1}, {0.23, 0.3}, {0.2, 0.3}, {0.04, 0.1}}, {0.4, 0.4, 0.2})};
+    measure_meshes(scene);
+    add_gravity(scene);
+    double fastest = 0, through = 0;
+    const Course course = follow(scene, {.fps = 24, .frames = 16, .see = [&](const Simulation& s) {
+      const Frame frame = s.frame();
+      std::vector<double> speeds;   // a drop of a splash may be faster
+      for (const base::Vec3f& v : frame.velocity) speeds.push_back(double(v.norm()));
+      const auto nearly_all = speeds.begin() + std::ptrdiff_t(0.999 * double(speeds.size()));
+      std::nth_element(speeds.begin(), nearly_all, speeds.end());
+      fastest = std::max(fastest, *nearly_all / std::sqrt(speed * speed + 2 * kGravity * tap_top));
+      for (const base::Vec3f& x : frame.position) through += x.z() < 0.2f;
+    }, .most_energy = 1e3});
+    double given = course.energy(0), most = 0;
+    for (std::size_t f = 1; f < course.totals.size(); ++f) {
+      given += course.totals[f].poured_energy;
+      most = std::max(most, course.energy(f) / given);
+    }
+    CaseOutcome found = report(course, fastest, say("nearly all slower than %.3f of the fall, energy at most %.3f of what was given, volume %+.1f %%", fastest, most,
+                                                       100 * course.end().volume_drift.value_or(0)));
+    found.energy.clear(), found.time.clear();
+    if (most > 1) found.broken.push_back("energy was gained");
+    if (std::abs(course.end().volume_drift.value_or(0)) > 0.05) found.broken.push_back("its volume changed");
+    if (through == 0) found.broken.push_back("nothing came through");
+    return found;
+  };
+  return c;
+}
+
 /// Blocks of water fall one after the other into a pool.
 VerifyCase falling_blocks(int dimension, const Scheme& scheme) {
   VerifyCase c = liquid_case("blocks_fall_into_a_pool", dimension, scheme);
@@ -451,6 +497,9 @@ void add_liquid_cases(std::vector<VerifyCase>& all) {
   all.push_back(long_pour(2, high));
   all.push_back(long_pour(3, normal));
   all.push_back(long_pour(3, extreme));
+  all.push_back(funnel(draft));
+  all.push_back(funnel(normal));
+  all.push_back(funnel(high));
   all.push_back(falling_blocks(2, normal));
   all.push_back(falling_blocks(3, high));
   all.push_back(emptied(2, normal));

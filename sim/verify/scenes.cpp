@@ -1,5 +1,6 @@
 #include "sim/verify/scenes.h"
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -84,6 +85,26 @@ Collider mesh_collider(const std::string& name, const base::Vec3& lower, const b
   c.name = name;
   c.shape.mesh = Shape::Mesh{};
   c.shape.mesh->solid = std::make_shared<const ClosedMesh>(corners, triangles, 1, base::Vec3::Zero());
+  return c;
+}
+
+Collider turned_collider(const std::string& name, const std::vector<std::array<double, 2>>& loop, const base::Vec3& at) {
+  constexpr std::uint32_t kAround = 48;
+  std::vector<base::Vec3f> corners;
+  std::vector<ClosedMesh::Triangle> triangles;
+  const auto size = std::uint32_t(loop.size());
+  for (std::uint32_t k = 0; k < size; ++k)
+    for (std::uint32_t n = 0; n < kAround; ++n) {
+      const double angle = 2 * M_PI * n / kAround;
+      corners.push_back(base::Vec3(loop[k][0] * std::cos(angle), loop[k][0] * std::sin(angle), loop[k][1]).cast<float>());
+      const std::uint32_t next = (n + 1) % kAround, above = (k + 1) % size * kAround;
+      triangles.push_back({k * kAround + n, k * kAround + next, above + next});
+      triangles.push_back({k * kAround + n, above + next, above + n});
+    }
+  Collider c;
+  c.name = name;
+  c.shape.mesh = Shape::Mesh{};
+  c.shape.mesh->solid = std::make_shared<const ClosedMesh>(corners, triangles, 1, at);
   return c;
 }
 

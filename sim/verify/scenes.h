@@ -1,6 +1,8 @@
 #pragma once
 // Scenes of the hard cases: solids without gravity and walls unless said, liquids in a tank.
+#include <array>
 #include <string>
+#include <vector>
 
 #include "sim/scene.h"
 #include "sim/verify.h"
@@ -20,6 +22,8 @@ void add_gravity(Scene&, double acceleration = 9.81);
 Collider box_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper, const base::Vec3& velocity = base::Vec3::Zero());
 /// The same as a closed mesh of twelve triangles; measure_meshes is for the scene that it is in.
 Collider mesh_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper);
+/// A closed mesh: what a loop of (r, z) [m] goes over that turns about an axis along z through `at`.
+Collider turned_collider(const std::string& name, const std::vector<std::array<double, 2>>& loop, const base::Vec3& at);
 
 /// What a case pairs with others. `modes` 0: the transfer's own, of PolyPIC all that the kernel has.
 struct Scheme {
