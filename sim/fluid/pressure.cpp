@@ -291,11 +291,13 @@ void see_covered_parts(FaceField<D, Real>& v, bool moves, const LiquidCells<D>& 
             const double solid = moves ? double(plane->velocity[std::size_t(b)]) : 0;
             outwards += double(plane->normal[std::size_t(b)]) * (there.value_or(solid) - solid);
           }
-          const bool slips = outwards < 0 || !(meets_air(std::ptrdiff_t(i)) || meets_air(lower));
+          double taken = double(plane->normal[std::size_t(a)]) * outwards;
+          if (outwards > 0 && (meets_air(std::ptrdiff_t(i)) || meets_air(lower))) {   // it may leave: nothing turns it, or a film at a rim feeds itself
+            const double most = *own - (moves ? double(plane->velocity[std::size_t(a)]) : 0);
+            taken = std::clamp(taken, std::min(most, 0.0), std::max(most, 0.0));
+          }
           const double open = cells.open(a, i);
-          if (open == 0 && !slips) continue;
-          const double covered = slips ? *own - double(plane->normal[std::size_t(a)]) * outwards : *own;
-          found.emplace_back(i, Real(open * double(v[a][i]) + (1 - open) * covered));
+          found.emplace_back(i, Real(open * double(v[a][i]) + (1 - open) * (*own - taken)));
         }
       }
       return found;
