@@ -138,18 +138,23 @@ TEST(FluidSides, APlungerRaisesTheLevelByWhatItDisplaces) {
   scene.effects = {gravity(2)};
   scene.options.volume_correction = 0;
   scene.colliders = {box(Vec3(0.4, 0.24, 0), Vec3(0.6, 0.5, 0), Vec3(0, -0.06, 0))};   // 0.08 m into the water after 2 s
-  const auto simulation = make_simulation(scene, 12);
-  const double start = simulation->totals().potential_energy;
-  base::Ledger ledger;
-  for (int f = 0; f < 24; ++f) simulation->advance(ledger, {});
   const Shape now = shape_at(2, scene.colliders[0], scene.options);
   ASSERT_NEAR(now.box->lower.y(), 0.12, 1e-12);
-  for (const base::Vec3f& x : simulation->frame().position) ASSERT_GE(now.distance(x.cast<double>()), -1e-6);
+  double raised = 0;   // the mean of three: one differs from another by a tenth
+  for (const std::int64_t seed : {1, 2, 3}) {
+    scene.options.seed = seed;
+    const auto simulation = make_simulation(scene, 12);
+    const double start = simulation->totals().potential_energy;
+    base::Ledger ledger;
+    for (int f = 0; f < 24; ++f) simulation->advance(ledger, {});
+    for (const base::Vec3f& x : simulation->frame().position) ASSERT_GE(now.distance(x.cast<double>()), -1e-6);
+    EXPECT_NEAR(simulation->totals().volume_drift.value(), 0, 0.02);   // of the cells that the plunger cuts the filling is not exact
+    raised += (simulation->totals().potential_energy - start) / 3;
+  }
   // Water displaced from 0.12 m up to the level 0.2 + r stands beside it: 0.2 (0.08 + r) = r.
   const double rise = 0.2 * 0.08 / 0.8, level = 0.2 + rise;
   const double lifted = 1000 * 9.81 * 0.5 * (level * level - 0.2 * (level * level - 0.12 * 0.12) - 0.2 * 0.2);
-  EXPECT_NEAR(simulation->totals().potential_energy - start, lifted, 0.1 * lifted);
-  EXPECT_NEAR(simulation->totals().volume_drift.value(), 0, 0.02);   // of the cells that the plunger cuts the filling is not exact
+  EXPECT_NEAR(raised, lifted, 0.1 * lifted);
 }
 
 // Half full, the wall at x = 1 taken away: all of it runs out, and an empty scene goes on.
