@@ -197,9 +197,7 @@ Shape shape_at(double time, const Collider& collider, const Options& o) {
 RigidMotion motion_at(double time, const Collider& collider, const Options& o) {
   const double rounding = 1e-12 * std::abs(time);   // a step that ends when the motion does ends within this
   if (time + rounding < collider.start || (collider.end && time + rounding >= *collider.end)) return {};
-  RigidMotion motion = collider.motion();
-  if (!motion.spin.isZero(0)) motion.pivot += way_of(time, collider, o);
-  return motion;
+  return collider.motion().moved(way_of(time, collider, o));
 }
 
 std::vector<Shape> with_images(const Shape& shape, const Options& o, double margin) {

@@ -185,11 +185,12 @@ class Cutter {
     const double centre = distance(place, middle_of(axis), counts);
     std::array<double, kCorners> corner;
     for (std::size_t c = 0; c < kCorners; ++c) corner[c] = distance(place, corner_of(axis, c), counts);
-    if constexpr (D == 2) return 0.5 * (positive_part(corner[0], centre) + positive_part(centre, corner[1]));
     double sum = 0;
-    if constexpr (D == 3)
-      for (std::size_t c = 0; c < 4; ++c) sum += positive_part(centre, corner[c], corner[(c + 1) % 4]);
-    return sum / 4;
+    for (std::size_t c = 0; c < kCorners; ++c) {
+      if constexpr (D == 2) sum += positive_part(corner[c], centre);
+      else sum += positive_part(centre, corner[c], corner[(c + 1) % kCorners]);
+    }
+    return sum / double(kCorners);
   }
 
   /// What goes through the part of a face that colliders cover, all but those that move with `without`, where all move with a motion that turns [m/s]:

@@ -48,9 +48,9 @@ class Projection {
 };
 
 /// Makes a projected field, or displacement, what particles see of faces that colliders cover: the open part has the face's velocity, the covered part
-/// that of the liquid around it, which slips along the collider; where it leaves one beside air, that turns nothing and makes nothing faster. The flow through a sliver may be
-/// many times as fast as all around it, and what it moves would weigh as much as if all of the face were open: pressure would give more than it
-/// takes. And a closed face that moved with a collider, or stood still with it, would drag. Colliders rest where nothing `moves`.
+/// that of the liquid around it, which slips along the collider; where it leaves one beside air, that turns nothing and makes nothing faster. The flow
+/// through a sliver may be many times as fast as all around it, and what it moves would weigh as much as if all of the face were open: pressure would
+/// give more than it takes. And a closed face that moved with a collider, or stood still with it, would drag. Colliders rest where nothing `moves`.
 template <int D, class Real>
 void see_covered_parts(FaceField<D, Real>&, bool moves, const LiquidCells<D>&, const ActiveBlocks<D>&, const FaceMask<D>& valid);
 
