@@ -25,6 +25,7 @@ std::span<const base::EffectRow<Task>> effect_rows() {
       {"smoothing", {"surface.smooth"}, [](const Task& t) { return t.dimension == 3 && t.options.smooth > 0; }, {"smooth"}},
       {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }, {"rasterize<solids", "rebuild<solids"}},
       {"surfaces by body", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.parts_bodies; }, {"rasterize"}},
+      {"liquid against bodies", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.wets_bodies; }, {"rebuild<bodies"}},
   };
   return rows;
 }

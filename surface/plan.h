@@ -13,6 +13,7 @@ struct Task {
   std::int64_t dimension = 3;   // in two dimensions there is no surface
   bool has_solids = false;      // colliders that the level set goes on into
   bool parts_bodies = false;    // each has a surface of its own
+  bool wets_bodies = false;     // and one of them is a liquid
 };
 std::span<const base::EffectRow<Task>> effect_rows();
 std::span<const base::PassRow> pass_rows();

@@ -15,6 +15,7 @@ namespace {
 
 constexpr float kBand = 3;             // [voxels] half-width of the narrow band that is written
 constexpr float kBelow = 0.5f;         // [voxels] the cut lies this far below the floor: no light between water and ground
+constexpr double kApart = 1.75;        // [cells] between a liquid and what stands in it, at most: 1.6 where it floats
 constexpr float kLargestHalf = 65504;  // as which what is faster [m/s] is written, where a half would be infinite
 
 openvdb::Vec3d to_vdb(const base::Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -59,35 +60,65 @@ struct Grids {
 /// Distances in all; `fields` arrays of them.
 std::int64_t bytes_of(const field::Field& distance, std::int64_t fields) { return fields * std::int64_t(distance.size() * sizeof(float)); }
 
-Fields fields_of(const sim::Frame& frame, const Options& options, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
-  const field::Scale scale = make_scale(frame, options, room, lattice.voxel);
+/// A surface before it is cut to the domain, and what its velocity is made of.
+struct Made {
+  Fields fields;
+  field::Scale scale;
   field::Cloud cloud;
-  Fields made;
+};
+
+Made surface_of(const sim::Frame& frame, const Options& options, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
+  Made made = {{}, make_scale(frame, options, room, lattice.voxel), {}};
+  field::Blocks& blocks = made.fields.blocks;
+  field::Field& distance = made.fields.distance;
   field::Field limit;
   {
     auto timer = ledger.pass("rasterize", std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
-    cloud = field::make_cloud(frame, room, lattice, scale);
-    made.blocks = field::make_blocks(cloud, scale);
-    field::Spheres spheres = field::rasterize(cloud, field::company(cloud, made.blocks, scale), made.blocks, scale);
-    made.distance = std::move(spheres.surface), limit = std::move(spheres.limit);
-    timer.count(bytes_of(made.distance, 2));
+    made.cloud = field::make_cloud(frame, room, lattice, made.scale);
+    blocks = field::make_blocks(made.cloud, made.scale);
+    field::Spheres spheres = field::rasterize(made.cloud, field::company(made.cloud, blocks, made.scale), blocks, made.scale);
+    distance = std::move(spheres.surface), limit = std::move(spheres.limit);
+    timer.count(bytes_of(distance, 2));
   }
   {
-    const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
-    made.distance = field::distance_from_crossings(made.blocks, made.distance);
+    const auto timer = ledger.pass("rebuild", bytes_of(distance, 2));
+    distance = field::distance_from_crossings(blocks, distance);
   }
   if (options.smooth > 0) {
-    const auto timer = ledger.pass("smooth", bytes_of(made.distance, 2 * 2 * options.smooth + 5));   // read and written by each pass, twice; clamped
-    made.distance = field::smooth(made.blocks, made.distance, static_cast<int>(options.smooth), scale.search, limit);
+    const auto timer = ledger.pass("smooth", bytes_of(distance, 2 * 2 * options.smooth + 5));   // read and written by each pass, twice; clamped
+    distance = field::smooth(blocks, distance, static_cast<int>(options.smooth), made.scale.search, limit);
   }
-  {
-    const auto timer = ledger.pass("rebuild", bytes_of(made.distance, 2));
-    made.distance = field::distance_from_slope(made.blocks, made.distance);
-    field::cut(made.blocks, room, lattice, kBelow, made.distance);
-  }
-  const auto timer = ledger.pass("velocity", bytes_of(made.distance, 4) + std::int64_t(frame.position.size() * 2 * sizeof(base::Vec3f)));
-  made.velocity = field::velocity(cloud, made.blocks, made.distance, kBand, scale);
+  const auto timer = ledger.pass("rebuild", bytes_of(distance, 2));
+  distance = field::distance_from_slope(blocks, distance);
   return made;
+}
+
+/// Liquids among bodies with surfaces of their own go on to the others.
+void wet_bodies(const Room& room, const field::Lattice& lattice, std::vector<Made>& bodies, base::Ledger& ledger) {
+  const auto is_liquid = [&](std::size_t body) { return body >= room.dry.size() || !room.dry[body]; };
+  const float apart = float(kApart * room.cell / lattice.voxel);
+  std::vector<field::Field> dry(bodies.size());   // of liquids, as they were
+  for (std::size_t body = 0; body < bodies.size(); ++body)
+    if (is_liquid(body)) dry[body] = bodies[body].fields.distance;
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    if (!is_liquid(body) || bodies.size() < 2) continue;
+    Fields& own = bodies[body].fields;
+    const auto timer = ledger.pass("rebuild", bytes_of(own.distance, std::int64_t(bodies.size()) + 4));
+    std::vector<field::Neighbour> others;
+    for (std::size_t other = 0; other < bodies.size(); ++other)
+      if (other != body) others.push_back({&bodies[other].fields.blocks, is_liquid(other) ? &dry[other] : &bodies[other].fields.distance, is_liquid(other)});
+    field::wet(own.blocks, others, apart, own.distance);
+    own.distance = field::distance_from_slope(own.blocks, own.distance);
+  }
+}
+
+/// Cuts the surface and gives it its velocity.
+Fields finished(Made made, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
+  Fields& fields = made.fields;
+  field::cut(fields.blocks, room, lattice, kBelow, fields.distance);
+  const auto timer = ledger.pass("velocity", bytes_of(fields.distance, 4) + std::int64_t(made.cloud.count() * 2 * sizeof(base::Vec3f)));
+  fields.velocity = field::velocity(made.cloud, fields.blocks, fields.distance, kBand, made.scale);
+  return std::move(fields);
 }
 
 Grids new_grids(const field::Lattice& lattice) {
@@ -171,9 +202,12 @@ sim::Frame part_of(const sim::Frame& frame, std::size_t body) {
 
 void write_surface(const std::filesystem::path& path, const sim::Frame& frame, const Options& options, const Room& room, base::Ledger& ledger) {
   const field::Lattice lattice = {room.domain.lower, options.voxel.value_or(room.cell / 2)};
-  std::vector<Fields> made;
-  if (room.bodies.empty()) made.push_back(fields_of(frame, options, room, lattice, ledger));
-  for (std::size_t body = 0; body < room.bodies.size(); ++body) made.push_back(fields_of(part_of(frame, body), options, room, lattice, ledger));
+  std::vector<Made> made;
+  if (room.bodies.empty()) made.push_back(surface_of(frame, options, room, lattice, ledger));
+  for (std::size_t body = 0; body < room.bodies.size(); ++body) made.push_back(surface_of(part_of(frame, body), options, room, lattice, ledger));
+  if (!room.bodies.empty()) wet_bodies(room, lattice, made, ledger);
+  std::vector<Fields> fields;
+  for (Made& body : made) fields.push_back(finished(std::move(body), room, lattice, ledger));
 
   auto timer = ledger.pass("write_surface");
   openvdb::GridCPtrVec grids;
@@ -189,9 +223,9 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
     grids.push_back(grid);
   };
   std::vector<Grids> parts;
-  for (const Fields& fields : made) {
-    parts.push_back(grids_of(fields, lattice));
-    timer.count(bytes_of(fields.distance, 4));
+  for (const Fields& body : fields) {
+    parts.push_back(grids_of(body, lattice));
+    timer.count(bytes_of(body.distance, 4));
   }
   const Grids all = room.bodies.empty() ? parts.front() : united(parts, lattice);
   add(all.level, files::kSurface);

@@ -28,8 +28,11 @@ std::span<const base::PassRow> own_pass_rows() {
 }
 
 surface::Task surface_task(const Shot& shot) {
+  const auto& bodies = shot.scene.bodies;
+  const bool has_liquid = !shot.scene.options.is_solid() ||
+                          std::any_of(bodies.begin(), bodies.end(), [](const sim::Body& body) { return body.solid.model == sim::Elasticity::tait; });
   return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(),
-          .parts_bodies = shot.render.parts_bodies()};
+          .parts_bodies = shot.render.parts_bodies(), .wets_bodies = shot.render.parts_bodies() && has_liquid};
 }
 
 // "sim.transfer=flip" -> "sim.transfer", "flip"

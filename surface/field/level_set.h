@@ -29,6 +29,17 @@ Field distance_from_slope(const Blocks&, const Field&);
 /// back. No value moves by more than `limit`.
 Field smooth(const Blocks&, const Field&, int passes, float search, const Field& limit);
 
+/// Another body, as a liquid finds it.
+struct Neighbour {
+  const Blocks* blocks;
+  const Field* distance;
+  bool is_liquid;
+};
+/// Lets a liquid's surface go on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to `apart` [voxels; at
+/// most 5 count] from each other. Both together are closed by a ball of half that size [Serra82], which gives a fillet where they meet and changes nothing
+/// elsewhere. Two liquids meet half way. What is left is no distance, but its zero set is the surface; distance_from_slope makes one of it.
+void wet(const Blocks&, const std::vector<Neighbour>&, float apart, Field& distance);
+
 /// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `scale.search`, continued outwards.
 std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, const Scale&);
 
