@@ -23,7 +23,7 @@ void Look::params(base::Params& p) {
     p("ior", ior, "1", "index of refraction", base::within(1, 4));
     p("absorption", absorption, "1/m", "absorption of red, green and blue", base::at_least(0));
     p("scattering", scattering, "1/m", "how often light is scattered inside: milkiness", base::at_least(0));
-    p("priority", priority, "1", "where two dielectrics overlap the one of higher priority is; of equals the solid, or the later collider",
+    p("priority", priority, "1", "where two dielectrics overlap the one of higher priority is; of equals a collider, else the solid, else the later",
       base::within(-1000, 1000));
   });
   p.where(model == "conductor", "model = \"conductor\"", [&] { p("edge", edge, "1", "tint of what it reflects at 82 degrees", base::within(0, 1)); });

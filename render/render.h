@@ -143,6 +143,7 @@ struct Setting {
   std::vector<SetPiece> sets;
   std::string liquid_look = "water";
   std::vector<std::string> body_looks;                      // of solids, by body; bodies beyond have liquid_look
+  std::vector<bool> body_flows;                             // liquids among these: what stands in one displaces it
   bool shows_tension = false;                               // pressures may be below 0: those of solids
   std::vector<std::string> materials;                       // by body, as a preview's legend calls them
   double fps = 24;                                          // [1/s]

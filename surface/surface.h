@@ -49,8 +49,8 @@ void write_points(const std::filesystem::path&, const sim::Frame&, base::Ledger&
 sim::Frame read_points(const std::filesystem::path&);
 
 /// FloatGrid "surface" (level set, half, Blosc) and Vec3 grid `vel_name` in m/s. Where bodies have surfaces of their own these are the union of
-/// theirs, and the velocity of the body that is nearer; then come "surface_NAME" and "vel_NAME" of each, made from its particles alone. Atomic. A
-/// frame, or a body, without particles gives empty grids.
+/// theirs, and the velocity of the body that is nearer; then come "surface_NAME" and "vel_NAME" of each, made from its particles
+/// alone, but that liquids go on to the others. Atomic. A frame, or a body, without particles gives empty grids.
 void write_surface(const std::filesystem::path&, const sim::Frame&, const Options&, const Room&, base::Ledger&);
 
 /// The zero set as quads with smooth normals; world metres, counter-clockwise seen from outside. Where a wall cuts the free

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kBand = 3;             // [voxels] half-width of the narrow band that is written
 constexpr float kBelow = 0.5f;         // [voxels] the cut lies this far below the floor: no light between water and ground
-constexpr double kApart = 1.75;        // [cells] between a liquid and what stands in it, at most: 1.6 where it floats
+constexpr double kApart = 1.5;         // [cells] between a liquid's surface and that of what stands in it, at most
 constexpr float kLargestHalf = 65504;  // as which what is faster [m/s] is written, where a half would be infinite
 
 openvdb::Vec3d to_vdb(const base::Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -103,12 +103,11 @@ void wet_bodies(const Room& room, const field::Lattice& lattice, std::vector<Mad
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     if (!is_liquid(body) || bodies.size() < 2) continue;
     Fields& own = bodies[body].fields;
-    const auto timer = ledger.pass("rebuild", bytes_of(own.distance, std::int64_t(bodies.size()) + 4));
+    const auto timer = ledger.pass("rebuild", bytes_of(own.distance, std::int64_t(bodies.size()) + 2));
     std::vector<field::Neighbour> others;
     for (std::size_t other = 0; other < bodies.size(); ++other)
       if (other != body) others.push_back({&bodies[other].fields.blocks, is_liquid(other) ? &dry[other] : &bodies[other].fields.distance, is_liquid(other)});
     field::wet(own.blocks, others, apart, own.distance);
-    own.distance = field::distance_from_slope(own.blocks, own.distance);
   }
 }
 

@@ -316,7 +316,7 @@ TEST(Bodies, ComeAndGoFrameAfterFrame) {
   EXPECT_EQ(tracer.trace_bodies(two_balls(), three_grains(), 1, ledger).pixels, traced(setting, two_balls(), three_grains()).pixels);
 }
 
-// Of equal priority a collider displaces bodies, a later body an earlier one; a higher priority displaces all.
+// Of equal priority a collider displaces bodies, a solid body a liquid one, a later body an earlier one; a higher priority displaces all.
 TEST(Bodies, DisplaceEachOtherByPriority) {
   render::Setting setting = three_bodies();
   setting.looks["left"] = setting.looks["right"] = {.model = "dielectric"};
@@ -326,6 +326,10 @@ TEST(Bodies, DisplaceEachOtherByPriority) {
   EXPECT_LT(rank(scene, 4), rank(scene, 5));
   EXPECT_LT(rank(scene, 5), rank(scene, 3));
   EXPECT_EQ(rank(scene, 6), -1) << "sand";
+  setting.body_flows = {false, true, false};
+  const render::trace::Scene in_liquid = render::trace::make_scene(setting);
+  EXPECT_GT(rank(in_liquid, 4), rank(in_liquid, 5));
+  EXPECT_LT(rank(in_liquid, 4), rank(in_liquid, 3));
   setting.looks["left"].priority = 1;
   const render::trace::Scene other = render::trace::make_scene(setting);
   EXPECT_GT(rank(other, 4), rank(other, 3));

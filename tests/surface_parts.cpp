@@ -1,4 +1,7 @@
 // Bodies with surfaces of their own: one file, a level set and a velocity each, and those around all.
+#include <algorithm>
+#include <iterator>
+
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "tests/surface_bodies.h"
@@ -36,11 +39,36 @@ sim::Frame of_body(std::uint16_t body) {
   return frame;
 }
 
-surface::Room room_of(const std::vector<std::string>& bodies) {
+/// Of solids, unless `dry` says which are.
+surface::Room room_of(const std::vector<std::string>& bodies, std::vector<bool> dry = {true, true}) {
   surface::Room walls = room();
   walls.bodies = bodies;
+  walls.dry = std::move(dry);
   return walls;
 }
+
+/// Frames as one, of as many bodies.
+sim::Frame together(const std::vector<sim::Frame>& frames) {
+  sim::Frame all = fill([](const Vec3&) { return false; });
+  for (std::size_t body = 0; body < frames.size(); ++body)
+    for (std::size_t i = 0; i < frames[body].id.size(); ++i) {
+      all.position.push_back(frames[body].position[i]);
+      all.velocity.push_back(frames[body].velocity[i]);
+      all.id.push_back(std::int64_t(all.id.size()));
+      all.body.push_back(std::uint16_t(body));
+    }
+  return all;
+}
+
+constexpr double kRadius = 0.1, kGap = 1.3 * kCell, kLevel = 0.3;
+const Vec3 kFloating(0.4, 0.3, kLevel);
+double from_float(const Vec3& x) { return (x - kFloating).norm() - kRadius; }
+
+/// A tank of water in which a ball floats half sunk, parted from it by kGap.
+sim::Frame water_with_float() {
+  return together({fill([](const Vec3& x) { return x[2] < kLevel && from_float(x) > kGap; }), fill([](const Vec3& x) { return from_float(x) < 0; })});
+}
+const std::vector<std::string> kWaterAndFloat = {"water", "float"};
 
 class Parts : public testing::Test {
  protected:
@@ -48,6 +76,10 @@ class Parts : public testing::Test {
   const std::filesystem::path& write(const sim::Frame& frame, const std::vector<std::string>& bodies, const surface::Options& options = {}) {
     surface::write_surface(file_.path(), frame, options, room_of(bodies), ledger_);
     return file_.path();
+  }
+  std::vector<surface::Mesh> meshes_of(const sim::Frame& frame, const std::vector<std::string>& bodies, const std::vector<bool>& dry, const surface::Options& options = {}) {
+    surface::write_surface(file_.path(), frame, options, room_of(bodies, dry), ledger_);
+    return meshes(bodies);
   }
   std::vector<surface::Mesh> meshes(const std::vector<std::string>& names) { return surface::read_surfaces(file_.path(), {}, names, ledger_); }
   surface::Mesh all() { return surface::read_surface(file_.path(), {}, ledger_); }
@@ -134,4 +166,63 @@ TEST_F(Parts, ThatAreNotThereAreOneLine) {
   } catch (const base::Error& e) {
     EXPECT_EQ(std::string(e.what()), file_.path().string() + ": has no level set named surface_ball");
   }
+}
+
+// Under water no air is left around the float: what remains of the water's surface there lies inside of it. The float's own is as it was.
+TEST_F(Parts, OfALiquidGoOnIntoASolidThatStandsInIt) {
+  const auto apart = meshes_of(water_with_float(), kWaterAndFloat, {true, true});
+  const auto wet = meshes_of(water_with_float(), kWaterAndFloat, {false, true});
+  const auto between = [](const surface::Mesh& mesh) {
+    return std::count_if(mesh.position.begin(), mesh.position.end(), [](const Vec3f& x) {
+      return x[2] < kLevel - 2 * kVoxel && from_float(x.cast<double>()) > -0.5 * kVoxel && from_float(x.cast<double>()) < kGap + 2 * kVoxel;
+    });
+  };
+  EXPECT_GT(between(apart[0]), 1000);
+  EXPECT_EQ(between(wet[0]), 0);
+  EXPECT_EQ(wet[1].position, apart[1].position);
+  const auto in_float = std::count_if(wet[0].position.begin(), wet[0].position.end(), [](const Vec3f& x) { return from_float(x.cast<double>()) < 0; });
+  EXPECT_GT(in_float, 100) << "the surface ends at the float";
+}
+
+// At the water's level the gap is filled but for the fillet, which rises little; further off nothing changes.
+TEST_F(Parts, OfALiquidMeetASolidInAFillet) {
+  const auto apart = meshes_of(water_with_float(), kWaterAndFloat, {true, true});
+  const auto wet = meshes_of(water_with_float(), kWaterAndFloat, {false, true});
+  for (const Vec3f& x : wet[0].position) {
+    if (from_float(x.cast<double>()) < 0 || from_float(x.cast<double>()) > kGap || x[2] < kLevel - 4 * kVoxel) continue;
+    ASSERT_GT(x[2], kLevel - 2 * kVoxel);
+    ASSERT_LT(x[2], kLevel + kVoxel);
+  }
+  const auto far = [](const surface::Mesh& mesh) {
+    std::vector<Vec3f> places;
+    std::copy_if(mesh.position.begin(), mesh.position.end(), std::back_inserter(places), [](const Vec3f& x) { return from_float(x.cast<double>()) > 3 * kGap; });
+    return places;
+  };
+  ASSERT_GT(far(apart[0]).size(), 1000u);
+  EXPECT_EQ(far(wet[0]), far(apart[0]));
+}
+
+TEST_F(Parts, OfALiquidFarFromTheOthersAreAsIfItWereAlone) {
+  const auto water = [](const Vec3& x) { return x[2] < 0.2; };
+  const auto high = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.42)).norm() < 0.1; });
+  const auto wet = meshes_of(together({fill(water), high}), kWaterAndFloat, {false, true});
+  const surface::Mesh alone = mesh_of(fill(water));
+  ASSERT_GT(alone.position.size(), 1000u);
+  EXPECT_EQ(wet[0].position, alone.position);
+}
+
+// Between two blocks of liquid no air is left, and they overlap by about a voxel.
+TEST_F(Parts, OfTwoLiquidsMeetHalfWay) {
+  const auto block = [](double from, double to) {
+    return fill([=](const Vec3& x) { return x[0] > from && x[0] < to && (x - kMiddle).tail<2>().cwiseAbs().maxCoeff() < 0.15; });
+  };
+  const double middle = 0.4;
+  const sim::Frame both = together({block(0.2, middle - kGap / 2), block(middle + kGap / 2, 0.6)});
+  const auto wet = meshes_of(both, kNames, {false, false});
+  double left = 0, right = 1;
+  for (const Vec3f& x : wet[0].position) left = std::max(left, double(x[0]));
+  for (const Vec3f& x : wet[1].position) right = std::min(right, double(x[0]));
+  EXPECT_NEAR(left, middle + kVoxel / 2, kVoxel / 2);
+  EXPECT_NEAR(right, middle - kVoxel / 2, kVoxel / 2);
+  EXPECT_GT(left, right);
 }

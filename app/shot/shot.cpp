@@ -137,8 +137,10 @@ Shot make_shot(Reading reading, const std::filesystem::path& file, const std::fi
   shot.render.colliders = shot.scene.colliders;
   shot.render.liquid_look = liquid_look(shot.scene);
   if (shot.scene.options.is_solid())
-    for (const sim::Body& body : shot.scene.bodies)
+    for (const sim::Body& body : shot.scene.bodies) {
       shot.render.body_looks.push_back(look_of(body)), shot.render.materials.push_back(body.name + ", " + body.material);
+      shot.render.body_flows.push_back(body.solid.model == sim::Elasticity::tait);
+    }
   shot.render.shows_tension = shot.scene.options.is_solid();
   shot.render.domain = shot.scene.options.domain;
   shot.render.fps = shot.fps;

@@ -30,6 +30,7 @@ struct GrainStyle {
 struct Surface {
   Material material;
   bool is_body = false;
+  bool flows = false;                   // of a body: a liquid
   std::vector<sim::Shape> shapes = {};  // of a collider: boxes, spheres or meshes, with its images across periodic sides
   sim::RigidMotion motion = {};         // of a collider, which is drawn where it is at the frame's moment
   std::optional<GrainStyle> grains = {};

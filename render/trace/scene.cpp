@@ -67,7 +67,7 @@ Material material_of(const Setting& setting, const std::string& look, const std:
   return material_of(found->second);
 }
 
-/// Ranks by priority; of equals, a collider displaces what is simulated, and the later surface an earlier one.
+/// Ranks by priority; of equals, a collider displaces what is simulated, a solid body a liquid one, and the later surface an earlier one.
 void rank_media(Scene& scene) {
   scene.rank.assign(scene.surfaces.size(), -1);
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
@@ -76,10 +76,12 @@ void rank_media(Scene& scene) {
     throw base::Error(
         {.message = std::to_string(scene.surface_of.size()) + " dielectric surfaces; at most " + std::to_string(Media::kMost) + " are told apart"});
   const auto priority = [&](int surface) { return scene.surfaces[static_cast<std::size_t>(surface)].material.priority; };
-  const auto is_simulated = [&](int surface) {
-    return surface == 0 || (scene.surfaces[static_cast<std::size_t>(surface)].is_body && !scene.surfaces[static_cast<std::size_t>(surface)].grains);
+  const auto firmness = [&](int surface) {
+    const Surface& s = scene.surfaces[static_cast<std::size_t>(surface)];
+    if (surface != 0 && (!s.is_body || s.grains)) return 2;
+    return s.is_body && !s.flows ? 1 : 0;
   };
-  const auto rank = [&](int surface) { return std::pair(priority(surface), !is_simulated(surface)); };
+  const auto rank = [&](int surface) { return std::pair(priority(surface), firmness(surface)); };
   std::stable_sort(scene.surface_of.begin(), scene.surface_of.end(), [&](int a, int b) { return rank(a) < rank(b); });
   for (std::size_t k = 0; k < scene.surface_of.size(); ++k) scene.rank[static_cast<std::size_t>(scene.surface_of[k])] = static_cast<int>(k);
 }
@@ -160,6 +162,7 @@ Surface body_of(const Setting& setting, std::size_t body) {
   const Material material = material_of(setting, name, "body.look");
   Surface surface;
   surface.is_body = true;
+  surface.flows = body < setting.body_flows.size() && setting.body_flows[body];
   if (setting.is_grains(body)) {
     const Look& look = setting.looks.at(name);
     surface.grains = GrainStyle{static_cast<float>(look.grain_size), static_cast<float>(look.grain_variation)};

@@ -36,8 +36,8 @@ struct Neighbour {
   bool is_liquid;
 };
 /// Lets a liquid's surface go on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to `apart` [voxels; at
-/// most 5 count] from each other. Both together are closed by a ball of half that size [Serra82], which gives a fillet where they meet and changes nothing
-/// elsewhere. Two liquids meet half way. What is left is no distance, but its zero set is the surface; distance_from_slope makes one of it.
+/// most 5 count] from each other. Near the others all are closed by a ball of about half that size [Serra82], which leaves a fillet where they meet; elsewhere
+/// no bit changes. Two liquids meet half way.
 void wet(const Blocks&, const std::vector<Neighbour>&, float apart, Field& distance);
 
 /// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `scale.search`, continued outwards.

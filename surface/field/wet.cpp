@@ -58,7 +58,8 @@ void wet(const Blocks& blocks, const std::vector<Neighbour>& neighbours, float a
     for (std::size_t i = 0; i < dry.size() && !is_near; ++i) is_near = dry[i] + others[i] < 2 * radius;
     if (!is_near) return;
     const Field filled = closed(blocks, dry, others, radius);
-    for (std::size_t i = 0; i < dry.size(); ++i) distance[i] = std::min(distance[i], std::max(filled[i] + kBlur, limit(dry[i], others[i])));
+    for (std::size_t i = 0; i < dry.size(); ++i)
+      distance[i] = std::min(distance[i], std::max({filled[i] + kBlur, others[i] - 2 * radius, limit(dry[i], others[i])}));
   };
   std::vector<Neighbour> solid;
   for (const Neighbour& n : neighbours) {
