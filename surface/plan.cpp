@@ -9,6 +9,7 @@ std::span<const base::PassRow> pass_rows() {
       {"rasterize", Often::frame, {"points file"}, {"spheres"}},
       {"rebuild", Often::frame, {"spheres"}, {"level set"}},
       {"smooth", Often::frame, {"level set"}, {"level set"}},
+      {"wet", Often::frame, {"level set"}, {"level set"}},
       {"velocity", Often::frame, {"points file", "level set"}, {"velocity grid"}},
       {"write_surface", Often::frame, {"level set", "velocity grid"}, {"surface file"}},
   };
@@ -25,7 +26,7 @@ std::span<const base::EffectRow<Task>> effect_rows() {
       {"smoothing", {"surface.smooth"}, [](const Task& t) { return t.dimension == 3 && t.options.smooth > 0; }, {"smooth"}},
       {"surface against solids", {"collider.NAME"}, [](const Task& t) { return t.dimension == 3 && t.has_solids; }, {"rasterize<solids", "rebuild<solids"}},
       {"surfaces by body", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.parts_bodies; }, {"rasterize"}},
-      {"liquid against bodies", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.wets_bodies; }, {"rebuild<bodies"}},
+      {"liquid against bodies", {"body.NAME.look", "body.NAME.material"}, [](const Task& t) { return t.dimension == 3 && t.wets_bodies; }, {"wet"}},
   };
   return rows;
 }

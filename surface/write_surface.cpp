@@ -103,7 +103,7 @@ void wet_bodies(const Room& room, const field::Lattice& lattice, std::vector<Mad
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     if (!is_liquid(body) || bodies.size() < 2) continue;
     Fields& own = bodies[body].fields;
-    const auto timer = ledger.pass("rebuild", bytes_of(own.distance, std::int64_t(bodies.size()) + 2));
+    const auto timer = ledger.pass("wet", bytes_of(own.distance, std::int64_t(bodies.size()) + 2));
     std::vector<field::Neighbour> others;
     for (std::size_t other = 0; other < bodies.size(); ++other)
       if (other != body) others.push_back({&bodies[other].fields.blocks, is_liquid(other) ? &dry[other] : &bodies[other].fields.distance, is_liquid(other)});
