@@ -12,6 +12,7 @@ std::vector<VerifyCase> verify_cases() {
   verify::add_solid_cases(all);
   verify::add_contact_cases(all);
   verify::add_liquid_cases(all);
+  verify::add_pouring_cases(all);
   verify::add_long_cases(all);
   return all;
 }

@@ -10,6 +10,7 @@ void add_spin_cases(std::vector<VerifyCase>&);       // disks, spheres and lone 
 void add_solid_cases(std::vector<VerifyCase>&);      // crushed, thrown, moved far
 void add_contact_cases(std::vector<VerifyCase>&);    // walls and colliders, of solids and liquids
 void add_liquid_cases(std::vector<VerifyCase>&);     // dam breaks, still water, pockets
+void add_pouring_cases(std::vector<VerifyCase>&);    // taps, a funnel, falling blocks, a scene that runs empty
 void add_long_cases(std::vector<VerifyCase>&);       // a hundred thousand steps, sixty random scenes
 
 }  // namespace sim::verify

@@ -48,6 +48,8 @@ Body block(const base::Vec3& lower, const base::Vec3& upper, const Material& mat
   return body;
 }
 
+base::Vec3 upright(int dimension, double x, double height) { return dimension == 2 ? base::Vec3(x, height, 0) : base::Vec3(x, 0.2, height); }
+
 Scene tank(int dimension, double cell, const base::Vec3& lower, const base::Vec3& upper) {
   Scene scene;
   Options& o = scene.options;

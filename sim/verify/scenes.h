@@ -18,7 +18,10 @@ Body block(const base::Vec3& lower, const base::Vec3& upper, const Material&);
 /// A tank of water 1 m long and 0.5 m high; in three dimensions 0.2 m wide. z, in two dimensions y, is up; the water's box is given so: in two
 /// dimensions its y is that of the plane.
 Scene tank(int dimension, double cell, const base::Vec3& lower, const base::Vec3& upper);
-void add_gravity(Scene&, double acceleration = 9.81);
+/// A place in a tank: in 3-D the water's z is what y is in 2-D.
+base::Vec3 upright(int dimension, double x, double height);
+inline constexpr double kGravity = 9.81;   // [m/s^2]
+void add_gravity(Scene&, double acceleration = kGravity);
 Collider box_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper, const base::Vec3& velocity = base::Vec3::Zero());
 /// The same as a closed mesh of twelve triangles; measure_meshes is for the scene that it is in.
 Collider mesh_collider(const std::string& name, const base::Vec3& lower, const base::Vec3& upper);
@@ -35,6 +38,11 @@ struct Scheme {
   Splitting splitting = Splitting::lie;
 };
 inline constexpr auto kDouble = Precision::double_precision, kSingle = Precision::single_precision;
+/// The rungs of --quality for a liquid.
+inline constexpr Scheme kDraft{Transfer::apic, 0, Kernel::linear, Carry::fixed, kSingle, Splitting::lie},
+    kNormal{Transfer::polypic, 0, Kernel::linear, Carry::fixed, kSingle, Splitting::lie},
+    kHigh{Transfer::polypic, 0, Kernel::linear, Carry::fixed, kSingle, Splitting::reflection},
+    kExtreme{Transfer::polypic, 0, Kernel::quadratic, Carry::hybrid, kSingle, Splitting::reflection};
 
 void apply(const Scheme&, Options&);
 
