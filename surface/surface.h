@@ -38,7 +38,7 @@ struct Room {
   std::vector<Solid> solids = {};        // the level set goes on into them, so that no film of air parts them from the water
   std::array<std::array<bool, 2>, 3> walls = {{{true, true}, {true, true}, {true, true}}};   // lower and upper side by axis: nothing flows through
   std::array<bool, 3> periodic = {};     // axes whose lower side is the upper one: beyond it lies what is at the other
-  std::vector<bool> dry = {};            // by number of the body: it touches walls, solids and other bodies and does not cling to them; none: all cling, as liquids do
+  std::vector<bool> dry = {};            // by number of the body: it touches walls, solids and other bodies and does not cling to them; none: all cling, as liquids do, and go on to the others
   std::vector<std::string> bodies = {};  // names of all, where each gets a surface of its own; none: one surface around all particles
 };
 

@@ -15,7 +15,6 @@ namespace {
 
 constexpr float kBand = 3;             // [voxels] half-width of the narrow band that is written
 constexpr float kBelow = 0.5f;         // [voxels] the cut lies this far below the floor: no light between water and ground
-constexpr double kApart = 1.5;         // [cells] between a liquid's surface and that of what stands in it, at most
 constexpr float kLargestHalf = 65504;  // as which what is faster [m/s] is written, where a half would be infinite
 
 openvdb::Vec3d to_vdb(const base::Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -32,6 +31,7 @@ field::Scale make_scale(const sim::Frame& frame, const Options& options, const R
   s.gap = std::max(1.5f * s.spacing, s.lone);
   s.limit = 0.35f;
   s.reach = field::kFar + s.lone;
+  s.furthest = s.lone + s.limit;
   s.touch = 0.75f * s.spacing;   // the first layer of particles
   return s;
 }
@@ -93,28 +93,36 @@ Made surface_of(const sim::Frame& frame, const Options& options, const Room& roo
   return made;
 }
 
-/// Liquids among bodies with surfaces of their own go on to the others.
-void wet_bodies(const Room& room, const field::Lattice& lattice, std::vector<Made>& bodies, base::Ledger& ledger) {
-  const auto is_liquid = [&](std::size_t body) { return body >= room.dry.size() || !room.dry[body]; };
-  const float apart = float(kApart * room.cell / lattice.voxel);
-  std::vector<field::Field> dry(bodies.size());   // of liquids, as they were
-  for (std::size_t body = 0; body < bodies.size(); ++body)
-    if (is_liquid(body)) dry[body] = bodies[body].fields.distance;
-  for (std::size_t body = 0; body < bodies.size(); ++body) {
-    if (!is_liquid(body) || bodies.size() < 2) continue;
-    Fields& own = bodies[body].fields;
-    const auto timer = ledger.pass("wet", bytes_of(own.distance, std::int64_t(bodies.size()) + 2));
-    std::vector<field::Neighbour> others;
+bool is_liquid(const Room& room, std::size_t body) { return body >= room.dry.size() || !room.dry[body]; }
+
+/// Liquids among bodies with surfaces of their own go on to the others. Returns how far each is from those that cover it where they overlap.
+std::vector<field::Field> wet_bodies(const Room& room, const field::Lattice& lattice, std::vector<Made>& bodies, base::Ledger& ledger) {
+  std::vector<field::Field> wetted(bodies.size()), covers(bodies.size());
+  const auto those = [&](const auto& which) {
+    std::vector<field::Neighbour> found;
     for (std::size_t other = 0; other < bodies.size(); ++other)
-      if (other != body) others.push_back({&bodies[other].fields.blocks, is_liquid(other) ? &dry[other] : &bodies[other].fields.distance, is_liquid(other)});
-    field::wet(own.blocks, others, apart, own.distance);
+      if (which(other)) found.push_back({&bodies[other].fields.blocks, &bodies[other].fields.distance, is_liquid(room, other)});
+    return found;
+  };
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    if (!is_liquid(room, body)) continue;
+    const Fields& own = bodies[body].fields;
+    const auto timer = ledger.pass("wet", bytes_of(own.distance, std::int64_t(bodies.size()) + 2));
+    wetted[body] = field::wet(own.blocks, own.distance, those([&](std::size_t other) { return other != body; }), room, lattice);
+    bodies[body].scale.furthest = std::max(bodies[body].scale.furthest, field::kWetReach);
   }
+  for (std::size_t body = 0; body < bodies.size(); ++body)
+    if (is_liquid(room, body)) bodies[body].fields.distance = std::move(wetted[body]);
+  for (std::size_t body = 0; body < bodies.size(); ++body)
+    if (is_liquid(room, body))
+      covers[body] = field::nearest_of(bodies[body].fields.blocks, those([&](std::size_t other) { return !is_liquid(room, other) || other > body; }), 0);
+  return covers;
 }
 
-/// Cuts the surface and gives it its velocity.
-Fields finished(Made made, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
+/// Cuts the surface, half a voxel deeper in `others`, and gives it its velocity.
+Fields finished(Made made, const field::Field* others, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
   Fields& fields = made.fields;
-  field::cut(fields.blocks, room, lattice, kBelow, fields.distance);
+  field::cut(fields.blocks, room, lattice, kBelow, others, fields.distance);
   const auto timer = ledger.pass("velocity", bytes_of(fields.distance, 4) + std::int64_t(made.cloud.count() * 2 * sizeof(base::Vec3f)));
   fields.velocity = field::velocity(made.cloud, fields.blocks, fields.distance, kBand, made.scale);
   return std::move(fields);
@@ -201,12 +209,19 @@ sim::Frame part_of(const sim::Frame& frame, std::size_t body) {
 
 void write_surface(const std::filesystem::path& path, const sim::Frame& frame, const Options& options, const Room& room, base::Ledger& ledger) {
   const field::Lattice lattice = {room.domain.lower, options.voxel.value_or(room.cell / 2)};
-  std::vector<Made> made;
-  if (room.bodies.empty()) made.push_back(surface_of(frame, options, room, lattice, ledger));
-  for (std::size_t body = 0; body < room.bodies.size(); ++body) made.push_back(surface_of(part_of(frame, body), options, room, lattice, ledger));
-  if (!room.bodies.empty()) wet_bodies(room, lattice, made, ledger);
   std::vector<Fields> fields;
-  for (Made& body : made) fields.push_back(finished(std::move(body), room, lattice, ledger));
+  if (room.bodies.empty()) fields.push_back(finished(surface_of(frame, options, room, lattice, ledger), nullptr, room, lattice, ledger));
+  std::vector<Made> made;   // of bodies: those that wet no others are finished at once
+  bool wets = false;
+  for (std::size_t body = 0; body < room.bodies.size(); ++body) wets = wets || is_liquid(room, body);
+  for (std::size_t body = 0; body < room.bodies.size(); ++body) {
+    Made one = surface_of(part_of(frame, body), options, room, lattice, ledger);
+    if (wets) made.push_back(std::move(one));
+    else fields.push_back(finished(std::move(one), nullptr, room, lattice, ledger));
+  }
+  const std::vector<field::Field> covers = wets ? wet_bodies(room, lattice, made, ledger) : std::vector<field::Field>();
+  for (std::size_t body = 0; body < made.size(); ++body)
+    fields.push_back(finished(std::move(made[body]), covers[body].empty() ? nullptr : &covers[body], room, lattice, ledger));
 
   auto timer = ledger.pass("write_surface");
   openvdb::GridCPtrVec grids;

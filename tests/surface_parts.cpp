@@ -60,15 +60,23 @@ sim::Frame together(const std::vector<sim::Frame>& frames) {
   return all;
 }
 
-constexpr double kRadius = 0.1, kGap = 1.3 * kCell, kLevel = 0.3;
+constexpr double kRadius = 0.1, kGap = 1.1 * kCell, kLevel = 0.3;
 const Vec3 kFloating(0.4, 0.3, kLevel);
-double from_float(const Vec3& x) { return (x - kFloating).norm() - kRadius; }
 
-/// A tank of water in which a ball floats half sunk, parted from it by kGap.
-bool is_water(const Vec3& x) { return x[2] < kLevel && from_float(x) > kGap; }
-sim::Frame water_with_float() {
-  return together({fill(is_water), fill([](const Vec3& x) { return from_float(x) < 0; })});
-}
+/// A tank of water with a ball in it, parted from it by kGap.
+struct Float {
+  Vec3 middle = kFloating;
+  double distance(const Vec3& x) const { return (x - middle).norm() - kRadius; }
+  double distance(const Vec3f& x) const { return distance(Vec3(x.cast<double>())); }
+  sim::Frame water() const { return fill([this](const Vec3& x) { return x[2] < kLevel && distance(x) > kGap; }); }
+  sim::Frame with_water() const { return together({water(), fill([this](const Vec3& x) { return distance(x) < 0; })}); }
+  /// Vertices of the water's surface in the gap, under water and off the walls.
+  long in_gap(const surface::Mesh& mesh) const {
+    return std::count_if(mesh.position.begin(), mesh.position.end(), [this](const Vec3f& x) {
+      return x[2] < kLevel - 2 * kVoxel && x[2] > kVoxel && x[0] > kVoxel && distance(x) > 0.25 * kVoxel && distance(x) < kGap + 2 * kVoxel;
+    });
+  }
+};
 const std::vector<std::string> kWaterAndFloat = {"water", "float"};
 
 class Parts : public testing::Test {
@@ -169,47 +177,95 @@ TEST_F(Parts, ThatAreNotThereAreOneLine) {
   }
 }
 
-// Under water no air is left around the float: what remains of the water's surface there lies inside of it. The float's own is as it was.
+// Under water no air is left around the float, beside walls neither: what remains of the water's surface there lies inside of it. The float's own is as it was.
 TEST_F(Parts, OfALiquidGoOnIntoASolidThatStandsInIt) {
-  const auto apart = meshes_of(water_with_float(), kWaterAndFloat, {true, true});
-  const auto wet = meshes_of(water_with_float(), kWaterAndFloat, {false, true});
-  const auto between = [](const surface::Mesh& mesh) {
-    return std::count_if(mesh.position.begin(), mesh.position.end(), [](const Vec3f& x) {
-      return x[2] < kLevel - 2 * kVoxel && from_float(x.cast<double>()) > -0.5 * kVoxel && from_float(x.cast<double>()) < kGap + 2 * kVoxel;
-    });
-  };
-  EXPECT_GT(between(apart[0]), 1000);
-  EXPECT_EQ(between(wet[0]), 0);
-  EXPECT_EQ(wet[1].position, apart[1].position);
-  const auto in_float = std::count_if(wet[0].position.begin(), wet[0].position.end(), [](const Vec3f& x) { return from_float(x.cast<double>()) < 0; });
-  EXPECT_GT(in_float, 100) << "the surface ends at the float";
+  for (const Vec3& middle : {kFloating, Vec3(0.4, 0.3, kRadius), Vec3(kRadius, 0.3, 0.14), Vec3(kRadius, 0.3, kRadius)}) {
+    const Float ball{middle};
+    const auto apart = meshes_of(ball.with_water(), kWaterAndFloat, {true, true}), wet = meshes_of(ball.with_water(), kWaterAndFloat, {false, true});
+    EXPECT_GT(ball.in_gap(apart[0]), 1000);
+    EXPECT_LE(ball.in_gap(wet[0]), middle == kFloating ? 0 : 10) << "at " << middle.transpose() << ", where it touches the wall";
+    EXPECT_EQ(wet[1].position, apart[1].position);
+    const auto in_ball = std::count_if(wet[0].position.begin(), wet[0].position.end(), [&](const Vec3f& x) { return ball.distance(x) < 0; });
+    EXPECT_GT(in_ball, 100) << "the surface ends at the float";
+    for (std::size_t v = 0; v < wet[0].position.size(); ++v)
+      if (middle == kFloating && ball.distance(wet[0].position[v]) < 0) {
+        ASSERT_LT((wet[0].velocity[v] - Vec3f(1, 2, -3)).norm(), 0.01f);
+      }
+  }
+}
+
+// And around a ball that lies on a collider; where the gap was there are thousands otherwise.
+TEST_F(Parts, OfALiquidLeaveNoAirAtACollider) {
+  constexpr double kTop = 0.04;
+  const Float ball{{0.4, 0.3, kTop + kRadius}};
+  sim::Frame water = ball.with_water();
+  surface::Room walls = room_of(kWaterAndFloat, {false, true});
+  walls.solids.resize(1);
+  walls.solids[0].shape.box = base::Box{{0.2, 0.1, 0}, {0.6, 0.5, kTop}};
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < water.id.size(); ++i)
+    if (walls.solids[0].shape.distance(water.position[i].cast<double>()) > 0) kept.push_back(i);
+  sim::Frame frame = fill([](const Vec3&) { return false; });
+  for (const std::size_t i : kept) {
+    frame.position.push_back(water.position[i]), frame.velocity.push_back(water.velocity[i]), frame.body.push_back(water.body[i]);
+    frame.id.push_back(std::int64_t(frame.id.size()));
+  }
+  surface::write_surface(file_.path(), frame, {}, walls, ledger_);
+  const surface::Mesh wet = meshes(kWaterAndFloat)[0];
+  const auto in_gap = std::count_if(wet.position.begin(), wet.position.end(), [&](const Vec3f& x) {
+    return x[2] > kTop + kVoxel && x[2] < kLevel - 2 * kVoxel && ball.distance(x) > 0.25 * kVoxel && ball.distance(x) < kGap + 2 * kVoxel;
+  });
+  EXPECT_LE(in_gap, 20) << "where it touches";
 }
 
 // At the water's level the gap is filled but for the fillet, which rises little; further off nothing changes.
 TEST_F(Parts, OfALiquidMeetASolidInAFillet) {
-  const auto wet = meshes_of(water_with_float(), kWaterAndFloat, {false, true});
+  const Float ball;
+  const auto wet = meshes_of(ball.with_water(), kWaterAndFloat, {false, true});
   for (const Vec3f& x : wet[0].position) {
-    if (from_float(x.cast<double>()) < 0 || from_float(x.cast<double>()) > kGap || x[2] < kLevel - 4 * kVoxel) continue;
+    if (ball.distance(x) < 0 || ball.distance(x) > kGap || x[2] < kLevel - 4 * kVoxel) continue;
     ASSERT_GT(x[2], kLevel - 2 * kVoxel);
     ASSERT_LT(x[2], kLevel + kVoxel);
   }
-  const auto far = [](const surface::Mesh& mesh) {
+  const auto far = [&](const surface::Mesh& mesh) {
     std::vector<Vec3f> places;
-    std::copy_if(mesh.position.begin(), mesh.position.end(), std::back_inserter(places), [](const Vec3f& x) { return from_float(x.cast<double>()) > 3 * kGap; });
+    std::copy_if(mesh.position.begin(), mesh.position.end(), std::back_inserter(places), [&](const Vec3f& x) { return ball.distance(x) > 3 * kGap; });
     return places;
   };
-  const surface::Mesh alone = mesh_of(fill(is_water));
+  const surface::Mesh alone = mesh_of(ball.water());
   ASSERT_GT(far(alone).size(), 1000u);
   EXPECT_TRUE(far(wet[0]) == far(alone));
 }
 
 TEST_F(Parts, OfALiquidFarFromTheOthersAreAsIfItWereAlone) {
-  const auto water = [](const Vec3& x) { return x[2] < 0.2; };
-  const auto high = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.42)).norm() < 0.1; });
-  const auto wet = meshes_of(together({fill(water), high}), kWaterAndFloat, {false, true});
-  const surface::Mesh alone = mesh_of(fill(water));
-  ASSERT_GT(alone.position.size(), 1000u);
-  EXPECT_EQ(wet[0].position, alone.position);
+  const auto waves = fill([](const Vec3& x) { return x[2] < 0.15 + 0.02 * std::sin(60 * x[0]) * std::sin(50 * x[1]) || (x - Vec3(0.4, 0.3, 0.2)).norm() < 0.03; });
+  const auto high = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.45)).norm() < 0.1; }), none = fill([](const Vec3&) { return false; });
+  for (const double voxel : {kCell / 2, kCell / 4}) {
+    surface::Options options;
+    options.voxel = voxel;
+    const surface::Mesh alone = mesh_of(waves, options);
+    ASSERT_GT(alone.position.size(), 1000u);
+    for (const sim::Frame& other : {high, none}) {
+      const auto wet = meshes_of(together({waves, other}), kWaterAndFloat, {false, true}, options);
+      EXPECT_TRUE(wet[0].position == alone.position);
+      EXPECT_TRUE(wet[0].normal == alone.normal);
+    }
+  }
+}
+
+// A gap counts in voxels where these are fine: what two voxels a cell close, four leave open, but not one of one cell less a bit.
+TEST_F(Parts, OfALiquidGoOnByFiveVoxelsAtTheMost) {
+  const auto air = [this](double gap) {
+    surface::Options options;
+    options.voxel = kCell / 4;
+    const sim::Frame frame = together({fill([&](const Vec3& x) { return x[0] < 0.4 - gap && x[2] < 0.2; }), fill([](const Vec3& x) { return x[0] > 0.4 && x[2] < 0.2; })});
+    const auto wet = meshes_of(frame, kWaterAndFloat, {false, true}, options);
+    double furthest = 0;
+    for (const Vec3f& x : wet[0].position) furthest = std::max(furthest, double(x[0]));
+    return furthest < 0.4;
+  };
+  EXPECT_FALSE(air(0.8 * kCell));
+  EXPECT_TRUE(air(1.8 * kCell));
 }
 
 // Between two blocks of liquid no air is left, and they overlap by about a voxel.

@@ -28,11 +28,9 @@ std::span<const base::PassRow> own_pass_rows() {
 }
 
 surface::Task surface_task(const Shot& shot) {
-  const auto& bodies = shot.scene.bodies;
-  const bool has_liquid = !shot.scene.options.is_solid() ||
-                          std::any_of(bodies.begin(), bodies.end(), [](const sim::Body& body) { return body.solid.model == sim::Elasticity::tait; });
+  const std::vector<bool>& flows = shot.render.body_flows;
   return {.options = shot.surface, .dimension = shot.scene.options.dimension, .has_solids = !shot.scene.colliders.empty(),
-          .parts_bodies = shot.render.parts_bodies(), .wets_bodies = shot.render.parts_bodies() && has_liquid};
+          .parts_bodies = shot.render.parts_bodies(), .wets_bodies = shot.render.parts_bodies() && std::find(flows.begin(), flows.end(), true) != flows.end()};
 }
 
 // "sim.transfer=flip" -> "sim.transfer", "flip"

@@ -113,7 +113,7 @@ double PictureMaker::surface(std::int64_t frame) {
   }
   for (const render::ColliderImage& image : setting.images)
     room.solids.push_back({image.shape, setting.colliders[image.collider].motion().moved(image.by)});
-  for (const sim::Body& body : shot_.scene.bodies) room.dry.push_back(o.is_solid() && body.solid.model != sim::Elasticity::tait);
+  for (const bool flows : shot_.render.body_flows) room.dry.push_back(!flows);
   if (shot_.render.parts_bodies())
     for (const sim::Body& body : shot_.scene.bodies) room.bodies.push_back(body.name);
   surface::write_surface(file, points, shot_.surface, room, ledger);

@@ -20,6 +20,7 @@ struct Scale {
   float gap;         // nothing is inside further than this from the nearest particle
   float limit;       // smoothing moves a body's surface no further
   float reach;       // blocks are stored this far around particles
+  float furthest;    // the surface lies no further from particles
   float touch;       // what is dry and this near to a wall or solid lies against it
 };
 

@@ -51,7 +51,7 @@ float shift(const Side& side, const Lattice& lattice, Vec3f x) {
 
 }  // namespace
 
-void cut(const Blocks& blocks, const Room& room, const Lattice& lattice, float below, Field& distance) {
+void cut(const Blocks& blocks, const Room& room, const Lattice& lattice, float below, const Field* others, Field& distance) {
   const Vec3f lower(0, 0, -below), upper = (room.domain.size() / lattice.voxel).cast<float>();
   const std::vector<Side> sides = sides_with_solids(room, lattice);
   each_block(blocks, [&](std::size_t b) {
@@ -65,6 +65,11 @@ void cut(const Blocks& blocks, const Room& room, const Lattice& lattice, float b
         const float by = shift(side, lattice, x);
         if (side.outward < 0) low[side.axis] -= by;
         else high[side.axis] += by;
+      }
+      if (others) {
+        const float in = std::clamp(kApart * (1 - (*others)[b * kVoxels + std::size_t(v)]), 0.0f, kApart);
+        low.array() += in, high.array() -= in;
+        low[2] -= in;
       }
       const Vec3f q = (low - x).cwiseMax(x - high);
       const float box = q.cwiseMax(0).norm() + std::min(0.0f, q.maxCoeff());

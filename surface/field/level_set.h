@@ -35,16 +35,21 @@ struct Neighbour {
   const Field* distance;
   bool is_liquid;
 };
-/// Lets a liquid's surface go on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to `apart` [voxels; at
-/// most 5 count] from each other. Near the others all are closed by a ball of about half that size [Serra82], which leaves a fillet where they meet; elsewhere
-/// no bit changes. Two liquids meet half way.
-void wet(const Blocks&, const std::vector<Neighbour>&, float apart, Field& distance);
+/// The least of the distances of some bodies at the voxels of `blocks`, plus `further`.
+Field nearest_of(const Blocks& blocks, const std::vector<Neighbour>&, float further);
 
-/// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `scale.search`, continued outwards.
+constexpr float kWetReach = kFar - 1;   // [voxels] that a liquid's surface may go out from where it was, to other bodies
+/// A liquid's surface that goes on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to a cell and a half
+/// from each other. Near the others all of them, walls and colliders are closed by a ball of about half that size [Serra82], which leaves a fillet where
+/// they meet; elsewhere no bit changes. Two liquids meet half way. In finer voxels gaps of up to kWetReach are closed, between solid and liquid up to a voxel less.
+/// What lies outside of the blocks counts as air: near their ends, kFar and a bit from particles, gaps may stay open.
+Field wet(const Blocks&, const Field& distance, const std::vector<Neighbour>&, const Room&, const Lattice&);
+
+/// x, y and z of the velocity [m/s] where |distance| < band: the mean over particles within `scale.search`, continued outwards to `scale.furthest` and the band.
 std::array<Field, 3> velocity(const Cloud&, const Blocks&, const Field& distance, float band, const Scale&);
 
 /// Cuts to the domain: the larger of the distance and the box's own, whose floor is `below` the domain's [voxels]. Where a solid's face is in a side, or its
-/// back, the two would share a plane: there the cut lies half a voxel inside the solid.
-void cut(const Blocks&, const Room&, const Lattice&, float below, Field& distance);
+/// back, the two would share a plane: there the cut lies half a voxel inside the solid. So it does in bodies that cover this one, whose distances `others` are; and less, up to a voxel beside them.
+void cut(const Blocks&, const Room&, const Lattice&, float below, const Field* others, Field& distance);
 
 }  // namespace surface::field

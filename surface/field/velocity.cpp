@@ -100,7 +100,7 @@ Known grown(const Blocks& blocks, const Known& known, const Field& distance, flo
 
 std::array<Field, 3> velocity(const Cloud& cloud, const Blocks& blocks, const Field& distance, float band, const Scale& scale) {
   Known known = near_particles(cloud, blocks, distance, band, scale.search);
-  for (float reached = scale.search; reached < scale.lone + scale.limit + band; ++reached) known = grown(blocks, known, distance, band);
+  for (float reached = scale.search; reached < scale.furthest + band; ++reached) known = grown(blocks, known, distance, band);
   return std::move(known.component);
 }
 

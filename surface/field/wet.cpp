@@ -6,9 +6,9 @@
 namespace surface::field {
 namespace {
 
-constexpr float kInto = 1;            // [voxels] that a liquid's surface meets a solid's below it: where both crossed at a flat angle their seam would be ragged
-constexpr float kMost = kFar - 1;     // [voxels] that a liquid reaches out
-constexpr float kOver = 0.5f;         // [voxels] that two liquids overlap
+constexpr double kApart = 1.25;       // [cells] between a liquid's surface and that of what stands in it, at most
+constexpr float kInto = 0.75;           // [voxels] that a liquid's surface meets a solid's below it: where both crossed at a flat angle their seam would be ragged
+constexpr float kBeyond = 0.5f;       // [voxels] that each of two liquids goes beyond the middle between them
 constexpr float kBlur = 0.15f;        // [voxels] by which what is closed may be off where nothing was to be closed
 constexpr int kSmoothings = 2;        // of what is closed
 
@@ -25,7 +25,31 @@ Seen seen_at(const Index3& coordinate, const Neighbour& of) {
   return {nullptr, entry == kWater ? kDistance.water : kDistance.air};
 }
 
-/// The least of the distances of some bodies at the voxels of `blocks`, plus `further`.
+/// Fills a field with what `value(voxel of the field, block, voxel of the block)` gives.
+template <class Value>
+Field made_of(const Blocks& blocks, const Value& value) {
+  Field field(blocks.count() * kVoxels);
+  each_block(blocks, [&](std::size_t b) {
+    for (std::size_t v = 0; v < std::size_t(kVoxels); ++v) field[b * kVoxels + v] = value(b * kVoxels + v, b, v);
+  });
+  return field;
+}
+
+/// [voxels] From walls and colliders, no more than kFar.
+float from_walls(const Room& room, const Lattice& lattice, const base::Vec3& voxel) {
+  const base::Vec3 place = lattice.origin + lattice.voxel * voxel;
+  double least = kFar * lattice.voxel;
+  for (int a = 0; a < 3; ++a) {
+    if (room.periodic[std::size_t(a)]) continue;
+    if (room.walls[std::size_t(a)][0]) least = std::min(least, place[a] - room.domain.lower[a]);
+    if (room.walls[std::size_t(a)][1]) least = std::min(least, room.domain.upper[a] - place[a]);
+  }
+  for (const Solid& solid : room.solids) least = std::min(least, solid.shape.distance(place));
+  return std::max(-kFar, float(least / lattice.voxel));
+}
+
+}  // namespace
+
 Field nearest_of(const Blocks& blocks, const std::vector<Neighbour>& bodies, float further) {
   Field nearest(blocks.count() * kVoxels, kFar);
   each_block(blocks, [&](std::size_t b) {
@@ -37,36 +61,36 @@ Field nearest_of(const Blocks& blocks, const std::vector<Neighbour>& bodies, flo
   return nearest;
 }
 
-/// What a ball of that radius [voxels] cannot enter from outside of both `a` and `b`.
-Field closed(const Blocks& blocks, const Field& a, const Field& b, float radius) {
-  Field grown(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) grown[i] = std::min(a[i], b[i]) - radius;
-  grown = distance_from_crossings(blocks, grown);
-  for (float& d : grown) d += radius;
-  for (int i = 0; i < kSmoothings; ++i) grown = binomial(blocks, grown, kDistance);
-  return grown;
-}
-
-}  // namespace
-
-void wet(const Blocks& blocks, const std::vector<Neighbour>& neighbours, float apart, Field& distance) {
-  const Field dry = distance;
+Field wet(const Blocks& blocks, const Field& own, const std::vector<Neighbour>& neighbours, const Room& room, const Lattice& lattice) {
+  Field wetted = own;
   const auto meet = [&](const std::vector<Neighbour>& bodies, float further, const auto& limit) {
-    const float radius = (std::min(apart, kMost - further) + further) / 2;
+    const float radius = (std::min(float(kApart * room.cell / lattice.voxel), kWetReach - further) + further) / 2;
     const Field others = nearest_of(blocks, bodies, further);
     bool is_near = false;
-    for (std::size_t i = 0; i < dry.size() && !is_near; ++i) is_near = dry[i] + others[i] < 2 * radius;
+    for (std::size_t i = 0; i < own.size() && !is_near; ++i) is_near = others[i] < 2 * radius && own[i] < kWetReach;
     if (!is_near) return;
-    const Field filled = closed(blocks, dry, others, radius);
-    for (std::size_t i = 0; i < dry.size(); ++i)
-      distance[i] = std::min(distance[i], std::max({filled[i] + kBlur, others[i] - 2 * radius, limit(dry[i], others[i])}));
+    // What a ball of that radius cannot enter from outside of all of them.
+    Field closed = distance_from_crossings(blocks, made_of(blocks, [&](std::size_t i, std::size_t b, std::size_t v) {
+      float firm = std::min(own[i], others[i]);
+      if (own[i] < kFar && others[i] < kFar) {
+        const Index3 voxel = blocks.coordinate[b] * kBlock + Index3(int(v) / kRows, int(v) / kBlock % kBlock, int(v) % kBlock);
+        firm = std::min(firm, from_walls(room, lattice, voxel.cast<double>()));
+      }
+      return firm - radius;
+    }));
+    for (int n = 0; n < kSmoothings; ++n) closed = binomial(blocks, closed, kDistance);
+    wetted = made_of(blocks, [&](std::size_t i, std::size_t, std::size_t) {
+      if (others[i] >= kFar) return wetted[i];
+      return std::min(wetted[i], std::max({closed[i] + radius + kBlur, others[i] - 2 * radius, limit(own[i], others[i])}));
+    });
   };
   std::vector<Neighbour> solid;
   for (const Neighbour& n : neighbours) {
-    if (n.is_liquid) meet({n}, 0, [](float own, float other) { return (own - other) / 2 - kOver; });
+    if (n.is_liquid) meet({n}, 0, [](float mine, float other) { return (mine - other) / 2 - kBeyond; });
     else solid.push_back(n);
   }
-  if (!solid.empty()) meet(solid, kInto, [](float own, float) { return own - kMost; });
+  if (!solid.empty()) meet(solid, kInto, [](float mine, float) { return mine - kWetReach; });
+  return wetted;
 }
 
 }  // namespace surface::field
