@@ -99,6 +99,11 @@ TEST_F(SolidShot, HasASurfaceForEachBodyWhereLooksDiffer) {
 }
 
 // A body from a mesh: read, placed, part of what the simulation is made from; what is open or missing is one line.
+TEST_F(SolidShot, SaysWhichOfItsBodiesFlow) {
+  const app::Shot shot = read(kSolid + "[[body]]\nname = \"pool\"\nshape = { box = [[0, 0, 0], [1, 1, 0.2]] }\nmaterial = \"water_mpm\"\n");
+  EXPECT_EQ(shot.render.body_flows, (std::vector<bool>{false, true}));
+}
+
 TEST_F(SolidShot, TakesABodyFromAClosedMeshAndRefusesAnOpenOne) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", closed = corners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
   const auto write = [&](const std::string& text) { std::ofstream(folder / "m.obj") << text; };

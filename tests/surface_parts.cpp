@@ -237,6 +237,17 @@ TEST_F(Parts, OfALiquidMeetASolidInAFillet) {
   EXPECT_TRUE(far(wet[0]) == far(alone));
 }
 
+// Where a wall cuts both, the water's face lies half a voxel behind the solid's: in one plane neither would be seen for certain.
+TEST_F(Parts, OfALiquidLieBehindASolidAtAWall) {
+  const Float ball{{0.03, 0.3, 0.14}};
+  const auto parts = meshes_of(ball.with_water(), kWaterAndFloat, {false, true});
+  const auto in_face = [&](const surface::Mesh& mesh, double behind) {
+    return std::count_if(mesh.position.begin(), mesh.position.end(), [&](const Vec3f& x) { return std::fabs(ball.distance(x) + 1.5 * kVoxel) < 0.5 * kVoxel && std::fabs(x[0] - behind) < 0.3 * kVoxel; });
+  };
+  EXPECT_GT(in_face(parts[1], 0), 20);
+  EXPECT_GT(in_face(parts[0], 0.5 * kVoxel), 20);
+}
+
 TEST_F(Parts, OfALiquidFarFromTheOthersAreAsIfItWereAlone) {
   const auto waves = fill([](const Vec3& x) { return x[2] < 0.15 + 0.02 * std::sin(60 * x[0]) * std::sin(50 * x[1]) || (x - Vec3(0.4, 0.3, 0.2)).norm() < 0.03; });
   const auto high = fill([](const Vec3& x) { return (x - Vec3(0.4, 0.3, 0.45)).norm() < 0.1; }), none = fill([](const Vec3&) { return false; });
