@@ -39,8 +39,8 @@ struct Neighbour {
 Field nearest_of(const Blocks& blocks, const std::vector<Neighbour>&, float further);
 
 constexpr float kWetReach = kFar - 1;   // [voxels] that a liquid's surface may go out from where it was, to other bodies
-/// A liquid's surface that goes on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to a cell and a half
-/// from each other. Near the others all of them, walls and colliders are closed by a ball of about half that size [Serra82], which leaves a fillet where
+/// A liquid's surface that goes on to what stands in it and into it, so that no film of air parts them: a simulation keeps bodies up to a cell and
+/// three quarters from each other. Near the others all of them, walls and colliders are closed by a ball of about half that size [Serra82], which leaves a fillet where
 /// they meet; elsewhere no bit changes. Two liquids meet half way. In finer voxels gaps of up to kWetReach are closed, between solid and liquid up to a voxel less.
 /// What lies outside of the blocks counts as air: near their ends, kFar and a bit from particles, gaps may stay open.
 Field wet(const Blocks&, const Field& distance, const std::vector<Neighbour>&, const Room&, const Lattice&);

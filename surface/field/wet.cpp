@@ -6,7 +6,7 @@
 namespace surface::field {
 namespace {
 
-constexpr double kApart = 1.25;       // [cells] between a liquid's surface and that of what stands in it, at most
+constexpr double kApart = 1.75;       // [cells] between a liquid's surface and that of what stands in it, at most
 constexpr float kInto = 0.75;           // [voxels] that a liquid's surface meets a solid's below it: where both crossed at a flat angle their seam would be ragged
 constexpr float kBeyond = 0.5f;       // [voxels] that each of two liquids goes beyond the middle between them
 constexpr float kBlur = 0.15f;        // [voxels] by which what is closed may be off where nothing was to be closed
