@@ -122,7 +122,10 @@ std::vector<field::Field> wet_bodies(const Room& room, const field::Lattice& lat
 /// Cuts the surface, half a voxel deeper in `others`, and gives it its velocity.
 Fields finished(Made made, const field::Field* others, const Room& room, const field::Lattice& lattice, base::Ledger& ledger) {
   Fields& fields = made.fields;
-  field::cut(fields.blocks, room, lattice, kBelow, others, fields.distance);
+  {
+    const auto timer = ledger.pass("rebuild", bytes_of(fields.distance, 2));
+    field::cut(fields.blocks, room, lattice, kBelow, others, fields.distance);
+  }
   const auto timer = ledger.pass("velocity", bytes_of(fields.distance, 4) + std::int64_t(made.cloud.count() * 2 * sizeof(base::Vec3f)));
   fields.velocity = field::velocity(made.cloud, fields.blocks, fields.distance, kBand, made.scale);
   return std::move(fields);
@@ -213,7 +216,7 @@ void write_surface(const std::filesystem::path& path, const sim::Frame& frame, c
   if (room.bodies.empty()) fields.push_back(finished(surface_of(frame, options, room, lattice, ledger), nullptr, room, lattice, ledger));
   std::vector<Made> made;   // of bodies: those that wet no others are finished at once
   bool wets = false;
-  for (std::size_t body = 0; body < room.bodies.size(); ++body) wets = wets || is_liquid(room, body);
+  for (std::size_t body = 0; body < room.bodies.size() && !wets; ++body) wets = is_liquid(room, body);
   for (std::size_t body = 0; body < room.bodies.size(); ++body) {
     Made one = surface_of(part_of(frame, body), options, room, lattice, ledger);
     if (wets) made.push_back(std::move(one));

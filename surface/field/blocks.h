@@ -40,6 +40,12 @@ struct Blocks {
   std::size_t count() const { return coordinate.size(); }
 };
 
+/// Index of voxel v of block b.
+inline Index3 voxel_of(const Blocks& blocks, std::size_t b, std::size_t v) {
+  const int n = static_cast<int>(v);
+  return blocks.coordinate[b] * kBlock + Index3(n / (kBlock * kBlock), n / kBlock % kBlock, n % kBlock);
+}
+
 /// One float a voxel of each block.
 using Field = std::vector<float>;
 

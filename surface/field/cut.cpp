@@ -55,10 +55,9 @@ void cut(const Blocks& blocks, const Room& room, const Lattice& lattice, float b
   const Vec3f lower(0, 0, -below), upper = (room.domain.size() / lattice.voxel).cast<float>();
   const std::vector<Side> sides = sides_with_solids(room, lattice);
   each_block(blocks, [&](std::size_t b) {
-    const Index3 origin = blocks.coordinate[b] * kBlock;
-    for (int v = 0; v < kVoxels; ++v) {
-      const Vec3f x = (origin + Index3(v / (kBlock * kBlock), v / kBlock % kBlock, v % kBlock)).cast<float>();
-      float& d = distance[b * kVoxels + std::size_t(v)];
+    for (std::size_t v = 0; v < std::size_t(kVoxels); ++v) {
+      const Vec3f x = voxel_of(blocks, b, v).cast<float>();
+      float& d = distance[b * kVoxels + v];
       Vec3f low = lower, high = upper;
       for (const Side& side : sides) {
         if (d > kSeen || std::fabs(x[side.axis] - side.at) > kSeen) continue;
@@ -67,9 +66,8 @@ void cut(const Blocks& blocks, const Room& room, const Lattice& lattice, float b
         else high[side.axis] += by;
       }
       if (others) {
-        const float in = std::clamp(kApart * (1 - (*others)[b * kVoxels + std::size_t(v)]), 0.0f, kApart);
-        low.array() += in, high.array() -= in;
-        low[2] -= in;
+        const float in = std::clamp(kApart * (1 - (*others)[b * kVoxels + v]), 0.0f, kApart);
+        low += Vec3f(in, in, 0), high.array() -= in;   // but at the floor, where nothing is seen
       }
       const Vec3f q = (low - x).cwiseMax(x - high);
       const float box = q.cwiseMax(0).norm() + std::min(0.0f, q.maxCoeff());

@@ -72,10 +72,7 @@ Field wet(const Blocks& blocks, const Field& own, const std::vector<Neighbour>& 
     // What a ball of that radius cannot enter from outside of all of them.
     Field closed = distance_from_crossings(blocks, made_of(blocks, [&](std::size_t i, std::size_t b, std::size_t v) {
       float firm = std::min(own[i], others[i]);
-      if (own[i] < kFar && others[i] < kFar) {
-        const Index3 voxel = blocks.coordinate[b] * kBlock + Index3(int(v) / kRows, int(v) / kBlock % kBlock, int(v) % kBlock);
-        firm = std::min(firm, from_walls(room, lattice, voxel.cast<double>()));
-      }
+      if (own[i] < kFar && others[i] < kFar) firm = std::min(firm, from_walls(room, lattice, voxel_of(blocks, b, v).cast<double>()));
       return firm - radius;
     }));
     for (int n = 0; n < kSmoothings; ++n) closed = binomial(blocks, closed, kDistance);
