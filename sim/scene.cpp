@@ -196,6 +196,9 @@ void Body::params(base::Params& p) {
     p("transfer", transfer, "what this body's particles carry; unset: sim.transfer", kTransferNames);
     p.count_or_name({"modes", "1", "modes of this body's particles, with transfer = \"polypic\"", {}, kModeSetNames, "sim.modes"}, modes);
     p("carry", carry, "how this body's coefficients reach the next step; unset: sim.carry", kCarryNames);
+    p.choice("contact", contact, kContactNames, "where it touches another body: sticks, slips without leaving it, or leaves it when pulled; the looser contact of the two counts");
+    p.where(contact == Contact::separating, "contact = \"separating\"",
+            [&] { p("friction", friction, "1", "Coulomb's coefficient of friction with other bodies; of two the smaller counts", base::at_least(0)); });
   });
   if (p.when(p.vector_size() == 3)) p("look", look, "look of the body in pictures; unset: the look named as the material");
   else p.without("look", kNoLook);

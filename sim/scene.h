@@ -31,7 +31,8 @@ enum class Advection { rk2, rk3 };
 enum class Precision { single_precision, double_precision };
 /// What is at a side of the domain: a wall, as a Contact; the other side; or nothing, so that a liquid flows out into air.
 enum class Side { slip, periodic, open, sticky, separating };
-/// What a solid does at a wall or collider: sticks, slips without leaving it, or leaves it when pulled and rubs when pressed.
+/// What a solid does at a wall, a collider or another body: sticks, slips without leaving it, or leaves it when pulled and rubs when pressed. The
+/// looser, the later.
 enum class Contact { sticky, slip, separating };
 
 /// Numbers of cells fit in 64 bits, those along an axis in 32. Only the cells around particles are stored.
@@ -91,6 +92,8 @@ struct Body {
   base::Vec3 spin = base::Vec3::Zero();      // [rad/s] at t = 0, about the body's centre of mass; solids only
   std::string transfer, carry;               // of this body; empty: those of [sim]; solids only
   base::CountOrName modes;                   // likewise
+  Contact contact = Contact::sticky;         // with other bodies, of which the looser contact counts; solids only
+  double friction = 0;                       // [1] Coulomb's, of a separating contact; of two bodies the smaller
   std::string look;                          // empty: the look named as the material
   bool is_solid = false;                     // which keys it has: the scene's solver decides
   void params(base::Params&);

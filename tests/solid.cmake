@@ -6,6 +6,7 @@ polypic_test(solid_mesh LABEL fast LINK polypic_sim)
 polypic_test(solid_waves LABEL fast LINK polypic_sim)
 polypic_test(solid_step LABEL fast LINK polypic_sim)
 polypic_test(solid_contact LABEL fast LINK polypic_sim)
+polypic_test(solid_bodies LABEL fast LINK polypic_sim)
 polypic_test(solid_random LABEL slow LINK polypic_sim)
 if(NOT POLYPIC_SANITIZE)
   # Long, and about accuracy: solid_random runs the same code.

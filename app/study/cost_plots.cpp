@@ -97,7 +97,7 @@ std::size_t row_of(const Study& study, const Variant& variant) {
 
 /// Passes and stages of a step in the order of the flow; others come after them, by name.
 constexpr std::array kFlow = {"sort", "p2g", "sums", "stress", "forces", "pressure", "reflect", "extrapolate", "volume", "grid_update",
-                              "g2p", "advect", "collide", "plasticity", "carry", "watch", "write_points", "checkpoint"};
+                              "contact", "g2p", "advect", "collide", "plasticity", "carry", "watch", "write_points", "checkpoint"};
 
 std::size_t place_in_flow(const std::string& name) {
   return static_cast<std::size_t>(std::find(kFlow.begin(), kFlow.end(), name) - kFlow.begin());

@@ -1,5 +1,5 @@
 #pragma once
-// The particles of one body: what moves, in canonical order, and what it is made of. All groups of a scene share one grid; each has its own law,
+// The particles of one body: what moves, in canonical order, and what it is made of. All groups of a scene share one lattice; each has its own law,
 // mode set and carry.
 #include <array>
 #include <cstdint>

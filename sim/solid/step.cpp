@@ -43,8 +43,8 @@ Scheme<D>::Scheme(const Options& o) : modes(mode_set<D>(o.transfer, Kernel::quad
 
 template <int D, class Real>
 SolidStep<D, Real>::SolidStep(const Scene& scene, const Solids<D>& solids)
-    : cell_(scene.options.cell), solids_(solids), contacts_(scene, solids), blocks_(solids.lattice), audits_(scene.options.audit),
-      down_(downhill(gravity(scene), scene.options)) {}
+    : cell_(scene.options.cell), solids_(solids), contacts_(scene, solids), bodies_(scene), blocks_(solids.lattice), grid_(bodies_.fields()),
+      before_(bodies_.fields()), audits_(scene.options.audit), down_(downhill(gravity(scene), scene.options)) {}
 
 template <int D, class Real>
 void SolidStep<D, Real>::merge(const Groups& groups) {
@@ -114,8 +114,9 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
     grid.velocity.assign(blocks_.size(), Vec<D, Real>::Zero());
     grid.mass.assign(blocks_.size(), 0);
   };
-  clear(grid_);
-  if (flip_) clear(before_);
+  for (NodeVelocity<D, Real>& grid : grid_) clear(grid);
+  if (flip_)
+    for (NodeVelocity<D, Real>& grid : before_) clear(grid);
   const Lattice<D>& lattice = blocks_.lattice();
   std::array<std::vector<std::uint32_t>, Lattice<D>::kColours> colours;
   for (std::size_t b = 0; b < merged_.occupied.size(); ++b)
@@ -124,26 +125,32 @@ void SolidStep<D, Real>::sum_on_nodes(double dt, const Groups& groups) {
     base::parallel_chunks(same.size(), 1, [&](std::size_t k, std::size_t) {
       const std::size_t b = same[k];
       const Cell<D> block = lattice.block_at(merged_.occupied[b]);
-      NodeSums<D, Real> sums;
-      for (std::size_t g = 0; g < groups.size(); ++g) {
-        const std::int32_t own = at_[g][b];
-        if (own < 0) continue;
-        const double impulse = -dt * groups[g].rest_volume / (cell_ * unit_mass_);
-        sums.add(groups[g], std::size_t(own), block, lattice, impulse);
+      for (std::size_t f = 0; f < grid_.size(); ++f) {
+        const auto& bodies = bodies_.bodies(f);
+        if (std::all_of(bodies.begin(), bodies.end(), [&](std::size_t g) { return at_[g][b] < 0; })) continue;
+        NodeSums<D, Real> sums;
+        for (const std::size_t g : bodies) {
+          const std::int32_t own = at_[g][b];
+          if (own < 0) continue;
+          const double impulse = -dt * groups[g].rest_volume / (cell_ * unit_mass_);
+          sums.add(groups[g], std::size_t(own), block, lattice, impulse);
+        }
+        NodeVelocity<D, Real>&grid = grid_[f], &before = before_[f];
+        blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, auto count) {
+          const auto first = std::size_t(from * (D + 1));
+          add_nodes<D>(&sums.carried[first], count, &grid.mass[to], grid.velocity[to].data());
+          if (flip_) add_nodes<D>(&sums.before[first], count, &before.mass[to], before.velocity[to].data());
+        });
       }
-      blocks_.template for_tile<NodeSums<D, Real>::kEdge>(block, [&](int from, std::size_t to, auto count) {
-        const auto first = std::size_t(from * (D + 1));
-        add_nodes<D>(&sums.carried[first], count, &grid_.mass[to], grid_.velocity[to].data());
-        if (flip_) add_nodes<D>(&sums.before[first], count, &before_.mass[to], before_.velocity[to].data());
-      });
     });
 }
 
 template <int D, class Real>
-void SolidStep<D, Real>::find_touched(const Groups& groups) {
+PlaceSet<D> SolidStep<D, Real>::find_touched(const Groups& groups, std::size_t field) const {
   constexpr std::size_t per_block = std::size_t(Lattice<D>::kCellsPerBlock);
-  touched_ = PlaceSet<D>(blocks_);
-  for (const Group<D, Real>& group : groups)
+  PlaceSet<D> touched(blocks_);
+  for (const std::size_t body : bodies_.bodies(field)) {
+    const Group<D, Real>& group = groups[body];
     base::parallel_chunks(group.ranges.occupied.size(), 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t b = begin; b < end; ++b) {
         if (!contacts_.is_near(blocks_.lattice().block_at(group.ranges.occupied[b]))) continue;
@@ -154,12 +161,14 @@ void SolidStep<D, Real>::find_touched(const Groups& groups) {
           for (int a = 0; a < D; ++a) first[a] += int(site.offset[a] >= 0.5) - 1;
           for (const std::ptrdiff_t node : blocks_.template places<3>(first)) {
             if (node < 0) continue;
-            PlaceBits& bits = touched_[std::size_t(node) / per_block];   // others may be at it
+            PlaceBits& bits = touched[std::size_t(node) / per_block];   // others may be at it
             std::atomic_ref<PlaceBits>(bits).fetch_or(PlaceBits{1} << (std::size_t(node) % per_block), std::memory_order_relaxed);
           }
         }
       }
     });
+  }
+  return touched;
 }
 
 template <int D, class Real>
@@ -178,15 +187,20 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const
       grid.velocity[i] = valid ? Vec<D, Real>(grid.velocity[i] / mass) : Vec<D, Real>(Vec<D, Real>::Zero());
       return valid;
     };
-    const Sums sums = base::ordered_reduce(blocks_.size(), 65536, Sums{}, [&](std::size_t begin, std::size_t end) {
-      Sums s;
-      for (std::size_t i = begin; i < end; ++i) {
-        s.mass += double(grid_.mass[i]), s.momentum += grid_.velocity[i].template cast<double>();
-        s.light += !divide(grid_, i) && grid_.mass[i] > 0;
-        if (flip_) divide(before_, i);
-      }
-      return s;
-    }, [](const Sums& a, const Sums& b) { return Sums{a.light + b.light, a.mass + b.mass, a.momentum + b.momentum}; });
+    const auto add = [](const Sums& a, const Sums& b) { return Sums{a.light + b.light, a.mass + b.mass, a.momentum + b.momentum}; };
+    Sums sums;
+    for (std::size_t f = 0; f < grid_.size(); ++f) {
+      NodeVelocity<D, Real>& grid = grid_[f];
+      sums = add(sums, base::ordered_reduce(blocks_.size(), 65536, Sums{}, [&](std::size_t begin, std::size_t end) {
+        Sums s;
+        for (std::size_t i = begin; i < end; ++i) {
+          s.mass += double(grid.mass[i]), s.momentum += grid.velocity[i].template cast<double>();
+          s.light += !divide(grid, i) && grid.mass[i] > 0;
+          if (flip_) divide(before_[f], i);
+        }
+        return s;
+      }, add));
+    }
     counts_.light_nodes += sums.light;
     scattered_ = {unit_mass_ * sums.mass, base::Vec3::Zero()};
     scattered_.momentum.template head<D>() = unit_mass_ * sums.momentum;
@@ -195,24 +209,33 @@ void SolidStep<D, Real>::update(double dt, const base::Vec3& acceleration, const
   if (!acceleration.isZero(0)) {
     const auto pass = ledger.pass("forces", 2 * grid_bytes());
     const Vec<D, Real> change = (dt * acceleration).head<D>().template cast<Real>();
-    base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        if (double(grid_.mass[i]) > kLightestNode) grid_.velocity[i] += change;
-    });
+    for (NodeVelocity<D, Real>& grid : grid_)
+      base::parallel_chunks(blocks_.size(), 65536, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+          if (double(grid.mass[i]) > kLightestNode) grid.velocity[i] += change;
+      });
   }
   audit_update("forces", ledger);
+  if (grid_.size() > 1) {
+    const auto pass = ledger.pass("contact", grid_bytes());
+    bodies_.apply(blocks_, groups, grid_);
+  }
+  if (grid_.size() > 1) audit_update("contact", ledger);
   collider_work_ = 0;
   if (contacts_.empty()) return;
   {
     const auto pass = ledger.pass("collide", grid_bytes());
     contacts_.follow();
-    find_touched(groups);
-    collider_work_ = unit_mass_ * base::ordered_reduce(blocks_.count(), 64, 0.0, [&](std::size_t begin, std::size_t end) {
-      double work = 0;
-      for (std::size_t slot = begin; slot < end; ++slot)
-        work += contacts_.apply(blocks_.block(slot), touched_[slot], &grid_.mass[slot * per_block], &grid_.velocity[slot * per_block]);
-      return work;
-    }, [](double a, double b) { return a + b; });
+    for (std::size_t f = 0; f < grid_.size(); ++f) {
+      const PlaceSet<D> touched = find_touched(groups, f);
+      NodeVelocity<D, Real>& grid = grid_[f];
+      collider_work_ += unit_mass_ * base::ordered_reduce(blocks_.count(), 64, 0.0, [&](std::size_t begin, std::size_t end) {
+        double work = 0;
+        for (std::size_t slot = begin; slot < end; ++slot)
+          work += contacts_.apply(blocks_.block(slot), touched[slot], &grid.mass[slot * per_block], &grid.velocity[slot * per_block]);
+        return work;
+      }, [](double a, double b) { return a + b; });
+    }
   }
   audit_update("collide", ledger);
 }
@@ -226,14 +249,17 @@ SolidEnergy SolidStep<D, Real>::energy(const Groups& groups) const {
 
 template <int D, class Real>
 double SolidStep<D, Real>::grid_energy(bool divided) const {
-  return base::ordered_reduce(blocks_.size(), 65536, 0.0, [&](std::size_t begin, std::size_t end) {
-    double sum = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const double mass = double(grid_.mass[i]), square = grid_.velocity[i].template cast<double>().squaredNorm();
-      if (mass > kLightestNode) sum += 0.5 * unit_mass_ * (divided ? mass * square : square / mass);
-    }
-    return sum;
-  }, [](double a, double b) { return a + b; });
+  double all = 0;
+  for (const NodeVelocity<D, Real>& grid : grid_)
+    all += base::ordered_reduce(blocks_.size(), 65536, 0.0, [&](std::size_t begin, std::size_t end) {
+      double sum = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double mass = double(grid.mass[i]), square = grid.velocity[i].template cast<double>().squaredNorm();
+        if (mass > kLightestNode) sum += 0.5 * unit_mass_ * (divided ? mass * square : square / mass);
+      }
+      return sum;
+    }, [](double a, double b) { return a + b; });
+  return all;
 }
 
 template <int D, class Real>
@@ -266,7 +292,9 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
   {
     const auto pass = ledger.pass("g2p", 2 * bytes_of(groups, true) + grid_bytes());
     std::int64_t spare = 0;
-    for (Group<D, Real>& group : groups) {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      Group<D, Real>& group = groups[g];
+      const std::size_t field = bodies_.field_of(g);
       group.rows.swap(group.particles.rows);
       group.particles.rows.clear();   // all are written anew; FLIP, which reads them, has rows so short that the sort moved them
       group.next.resize(group.deformation.size());
@@ -279,7 +307,7 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
         double work = 0;
       };
       const Part all = base::ordered_reduce(group.ranges.occupied.size(), 8, Part{}, [&](std::size_t begin, std::size_t end) {
-        BlockGather<D, Real> gathering(blocks_, grid_, before_.velocity, solids_, dt, keep);
+        BlockGather<D, Real> gathering(blocks_, grid_[field], before_[field].velocity, solids_, dt, keep);
         gathering.audits = audits_;
         for (std::size_t b = begin; b < end; ++b) gathering.run(group, b);
         return Part{gathering.limits, gathering.counts, gathering.lost, gathering.audit, gathering.collider_work};
@@ -292,7 +320,7 @@ StepLimits SolidStep<D, Real>::gather(double dt, double keep, Groups& groups, ba
         if (a.lost < 0) a.lost = b.lost;
         return a;
       });
-      if (all.lost >= 0) throw lost_particle(groups, std::size_t(&group - groups.data()), all.lost);
+      if (all.lost >= 0) throw lost_particle(groups, g, all.lost);
       group.deformation.swap(group.next);
       group.rows.clear(), group.particles.rows.swap(group.rows);   // its storage serves the next sort
       limits.take(all.limits);

@@ -2,7 +2,7 @@
 // One explicit step of elastic and plastic bodies (symplectic Euler, material point method [Sulsky94, PolyPIC S5]), pass by pass:
 //
 //   step.scatter(dt, groups, ledger);        sort; P2G of mass, momentum and dt times the force -sum V0 tau grad w
-//   step.update(dt, acceleration, groups, ledger);   v += dt g on nodes; walls and colliders, where particles touch them
+//   step.update(dt, acceleration, groups, ledger);   v += dt g on nodes; other bodies, walls and colliders, where particles touch them
 //   step.gather(dt, keep, groups, ledger);   G2P; x += dt c_1; F <- (I + dt sum v grad w^T) F, return map, stress; carry
 //
 // Quadratic kernel. Linear momentum is exact, angular momentum too (c_1 of the grid moves the particle, stress is symmetric). With FLIP, the
@@ -16,6 +16,7 @@
 #include "base/ledger.h"
 #include "sim/colliders/solids.h"
 #include "sim/energy_audit.h"
+#include "sim/solid/body_contact.h"
 #include "sim/solid/contact.h"
 #include "sim/solid/energy.h"
 #include "sim/solid/group.h"
@@ -69,8 +70,8 @@ class SolidStep {
   /// Cell and position of a particle: "cell (3, 4), (0.31, 0.42, 0) m".
   std::string place_of(const Particles<D, Real>&, std::size_t p) const;
 
-  const ActiveBlocks<D>& blocks() const { return blocks_; }
-  const NodeVelocity<D, Real>& grid() const { return grid_; }
+  /// The velocities of a field of bodies.
+  const NodeVelocity<D, Real>& grid(std::size_t field) const { return grid_[field]; }
   /// What `scatter` left on the nodes, before gravity and contact; after `update`.
   const NodeTotals& scattered() const { return scattered_; }
   /// [J] what colliders that move have done in the last update and gather.
@@ -83,8 +84,8 @@ class SolidStep {
   void clear_counts() { counts_ = {}, audit_.clear(); }
 
  private:
-  /// The nodes that particles which touch a solid reach.
-  void find_touched(const Groups&);
+  /// The nodes that particles of a field which touch a wall or collider reach.
+  PlaceSet<D> find_touched(const Groups&, std::size_t field) const;
   /// Blocks that hold particles of any group, and where each group's are.
   void merge(const Groups&);
   /// Masses, and momenta with the impulse of stress over dt.
@@ -93,20 +94,20 @@ class SolidStep {
   /// [J] of the grid, of velocities or, before they are divided, of momenta.
   double grid_energy(bool divided) const;
   void audit_update(std::string_view stage, base::Ledger&);
-  std::int64_t grid_bytes() const { return std::int64_t(blocks_.size() * (D + 1) * sizeof(Real)); }
+  std::int64_t grid_bytes() const { return std::int64_t(grid_.size() * blocks_.size() * (D + 1) * sizeof(Real)); }
   LostParticle lost_particle(const Groups&, std::size_t group, std::int64_t id) const;
 
   double cell_;
   const Solids<D>& solids_;
   NodeContacts<D> contacts_;
+  BodyContacts<D, Real> bodies_;
   bool flip_ = false;
   std::vector<CanonicalOrder<D, Real>> order_;
   CellRanges merged_;                              // of all groups together
   std::vector<std::vector<std::int32_t>> at_;      // of each group: place of each merged block in its own list, -1 when it has none there
   ActiveBlocks<D> blocks_;
-  NodeVelocity<D, Real> grid_;                     // momentum until it is divided
-  NodeVelocity<D, Real> before_;                   // the same before forces, of groups with FLIP alone: so their momentum is exact
-  PlaceSet<D> touched_;                            // nodes, as find_touched has them
+  std::vector<NodeVelocity<D, Real>> grid_;        // of each field of bodies_; momentum until it is divided
+  std::vector<NodeVelocity<D, Real>> before_;      // the same before forces, of groups with FLIP alone: so their momentum is exact
   double unit_mass_ = 1;                           // [kg] of grid_.mass
   NodeTotals scattered_;
   double collider_work_ = 0;                       // [J]

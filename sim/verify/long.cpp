@@ -69,6 +69,8 @@ Scene random_scene(int number) {
     post.friction = u(rng);
     scene.colliders = {post};
   }
+  std::mt19937 meetings(static_cast<unsigned>(number));
+  for (Body& body : scene.bodies) body.contact = static_cast<Contact>(meetings() % 3), body.friction = double(meetings() % 8) / 8;
   while (const std::optional<EmptyBody> hidden = find_empty_body(scene)) scene.bodies.erase(scene.bodies.begin() + std::ptrdiff_t(hidden->place));
   return scene;
 }

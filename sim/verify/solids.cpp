@@ -238,8 +238,8 @@ VerifyCase beam(int dimension, const Scheme& scheme, double poisson) {
 }
 
 /// A soft ball on a block a million times as stiff.
-VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
-  VerifyCase c = solid_case("stiffness_ratio_1e6", dimension, scheme);
+VerifyCase stiffness_ratio(int dimension, const Scheme& scheme, Contact contact) {
+  VerifyCase c = solid_case(contact == Contact::sticky ? "stiffness_ratio_1e6" : "stiffness_ratio_1e6/separating", dimension, scheme);
   c.expect = "the ball bounces: energy at most the tolerance of the start's, momentum to rounding";
   c.tolerance = 1.02;
   c.source = "case 10";
@@ -251,6 +251,7 @@ VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
     gel.young = 1e3, rock.young = 1e9;
     scene.bodies = {ball(corner(dimension, 0.35, 0.5), 0.12, gel), block(corner(dimension, 0.6, 0.4), corner(dimension, 0.7, 0.6), rock)};
     scene.bodies[0].velocity = {1, 0, 0};
+    scene.bodies[0].contact = contact;
     const Course course = follow(scene, {.fps = 50, .frames = 12});
     const double off = (course.end().linear_momentum - course.start().linear_momentum).norm() / course.start().linear_momentum.norm();
     const auto steps = static_cast<long long>(course.sum(&Totals::substeps));
@@ -258,6 +259,44 @@ VerifyCase stiffness_ratio(int dimension, const Scheme& scheme) {
                                                                     course.largest_energy(), off, steps));
     if (off > (scheme.precision == kDouble ? 1e-10 : 1e-4)) found.broken.push_back("momentum drifts");
     if (course.end().kinetic_energy > 0.95 * course.start().kinetic_energy) found.broken.push_back("they did not meet");
+    return found;
+  };
+  return c;
+}
+
+/// Balls as light as cork and as heavy as steel fall on each other and part.
+VerifyCase balls_on_balls(int dimension, const Scheme& scheme) {
+  VerifyCase c = solid_case("balls_on_balls", dimension, scheme);
+  c.expect = "energy at most the tolerance of the start's, and nobody goes into another: a quarter of a cell between their particles";
+  c.tolerance = 1.01;
+  c.source = "case 10; Bardenhagen00";
+  c.run = [=] {
+    constexpr int kBalls = 8;
+    const double edge = 0.4, cell = dimension == 2 ? 0.0125 : 0.025;
+    Scene scene = walled_scene(dimension, edge, cell);
+    apply(scheme, scene.options);
+    scene.options.domain.upper[dimension - 1] = 0.8;
+    for (int b = 0; b < kBalls; ++b) {   // in turns to the left, to the right and, in space, to the front and back
+      Material rubber = kJelly;
+      rubber.young = 3e5, rubber.density = b % 3 == 0 ? 8000 : b % 3 == 1 ? 1000 : 200;
+      base::Vec3 at = corner(dimension, b % 2 ? 0.27 : 0.13, 0);
+      if (dimension == 3) at.y() = b / 2 % 2 ? 0.26 : 0.14;
+      at[dimension - 1] = 0.08 + 0.09 * b;
+      scene.bodies.push_back(ball(at, 0.062, rubber));
+      scene.bodies.back().contact = Contact::separating, scene.bodies.back().friction = b % 2 ? 0.6 : 0.2;
+    }
+    add_gravity(scene);
+    double nearest = 1;
+    const auto see = [&](const Simulation& s) {
+      const Frame f = s.frame();
+      for (std::size_t p = 0; p < f.id.size(); ++p)
+        for (std::size_t q = 0; q < p; ++q)
+          if (f.body[p] != f.body[q]) nearest = std::min(nearest, double((f.position[p] - f.position[q]).norm()) / cell);
+    };
+    const Course course = follow(scene, {.fps = 24, .frames = 24, .see = see});
+    CaseOutcome found = report(course, course.largest_energy(), say("largest energy %.4f of the start, at its end %.2f; particles of two are %.2f cells apart at least",
+                                                                    course.largest_energy(), course.energy(24) / course.energy(0), nearest));
+    if (nearest < 0.25) found.broken.push_back("they went into each other");
     return found;
   };
   return c;
@@ -339,8 +378,12 @@ void add_solid_cases(std::vector<VerifyCase>& all) {
   all.push_back(hardening(3, full, 0.3));
   all.push_back(beam(2, full, 0.499));
   all.push_back(beam(3, rough_full, 0.499));
-  all.push_back(stiffness_ratio(2, full));
-  all.push_back(stiffness_ratio(3, rough));
+  all.push_back(stiffness_ratio(2, full, Contact::sticky));
+  all.push_back(stiffness_ratio(3, rough, Contact::sticky));
+  all.push_back(stiffness_ratio(2, full, Contact::separating));
+  all.push_back(stiffness_ratio(3, rough, Contact::separating));
+  all.push_back(balls_on_balls(2, full));
+  all.push_back(balls_on_balls(3, rough_full));
   all.push_back(shaken_sand(2, exact));
   all.push_back(shaken_sand(3, rough_full));
 }

@@ -1,0 +1,247 @@
+#include "sim/solid/body_contact.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.h"
+#include "sim/transfer/place_set.h"
+
+namespace sim {
+namespace {
+
+constexpr double kTouch = 1.2;   // [spacings of particles] twice as far as one reaches to a collider
+constexpr std::size_t kBlocksAtOnce = 16;
+
+/// How a body meets others.
+Rubbing rubbing_of(const Body& b) {
+  if (b.contact == Contact::sticky) return {Contact::sticky, std::numeric_limits<double>::infinity()};
+  return {b.contact, b.contact == Contact::separating ? b.friction : 0};
+}
+
+/// The particles of a field, by the node that is nearest to them.
+template <int D, class Real>
+class ByNode {
+ public:
+  static constexpr std::size_t kNodes = std::size_t(Lattice<D>::kCellsPerBlock);
+  PlaceSet<D> occupied;
+
+  ByNode(const ActiveBlocks<D>& blocks, const std::vector<Group<D, Real>>& groups, const std::vector<std::size_t>& bodies) : occupied(blocks) {
+    for (const std::size_t body : bodies) {
+      const CellRanges& ranges = groups[body].ranges;
+      Own& own = own_.emplace_back(Own{groups[body].particles, ranges, std::vector<std::int32_t>(blocks.count(), -1)});
+      for (std::size_t b = 0; b < ranges.occupied.size(); ++b) {
+        const auto slot = std::size_t(blocks.slot(ranges.occupied[b]));
+        own.block[slot] = std::int32_t(b);
+        for (std::size_t k = 0; k < kNodes; ++k)
+          if (ranges.begin[b * kNodes + k] < ranges.begin[b * kNodes + k + 1]) occupied[slot] |= PlaceBits{1} << k;
+      }
+    }
+  }
+  /// Whether is(place [cells], from the node on) says so of any particle of a node.
+  template <class Is>
+  bool any(std::size_t node, const Is& is) const {
+    for (const Own& own : own_) {
+      const std::int32_t block = own.block[node / kNodes];
+      if (block < 0) continue;
+      const std::uint32_t* const begin = &own.ranges.begin[std::size_t(block) * kNodes + node % kNodes];
+      for (std::uint32_t p = begin[0]; p < begin[1]; ++p) {
+        Vec<D, Real> place = own.particles.offset[p];
+        for (int a = 0; a < D; ++a) place[a] -= Real(place[a] >= Real(0.5));
+        if (is(place)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  struct Own {
+    const Particles<D, Real>& particles;
+    const CellRanges& ranges;
+    std::vector<std::int32_t> block;   // by slot, its number in the ranges; -1 where it holds none
+  };
+  std::vector<Own> own_;
+};
+
+/// The set, and all that is beside, along axes and diagonals.
+template <int D>
+PlaceSet<D> grown(const ActiveBlocks<D>& blocks, PlaceSet<D> set) {
+  for (int a = 0; a < D; ++a) {
+    PlaceSet<D> wider(blocks);
+    for (std::size_t slot = 0; slot < blocks.count(); ++slot)
+      wider[slot] = (set[slot] | set.beside(blocks, slot, a, 0) | set.beside(blocks, slot, a, 1)) & PlaceSet<D>::places(blocks, slot);
+    set = std::move(wider);
+  }
+  return set;
+}
+
+/// Steps from a node to the 3^D around it, as ActiveBlocks::places_around has them.
+template <int D>
+constexpr auto kSteps = [] {
+  std::array<Cell<D>, std::size_t(ActiveBlocks<D>::kNeighbours)> steps{};
+  for (int n = 0; n < ActiveBlocks<D>::kNeighbours; ++n)
+    for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) steps[std::size_t(n)][std::size_t(a)] = rest % 3 - 1;
+  return steps;
+}();
+
+/// The nodes in contact: those that a particle of each field reaches where the two touch. `near_other`: the nodes whose particles may touch one.
+template <int D, class Real>
+PlaceSet<D> nodes_in_contact(const ActiveBlocks<D>& blocks, const ByNode<D, Real>& one, const ByNode<D, Real>& other, const PlaceSet<D>& near_other, Real reach) {
+  constexpr std::size_t nodes = ByNode<D, Real>::kNodes;
+  PlaceSet<D> found(blocks);
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot)
+      for_places(one.occupied[slot] & near_other[slot], [&](std::size_t k) {
+        const std::size_t node = slot * nodes + k;
+        const auto around = blocks.places_around(node);
+        for (std::size_t n = 0; n < around.size(); ++n) {
+          if (around[n] < 0 || !other.occupied.has(std::size_t(around[n]))) continue;
+          const Cell<D>& apart = kSteps<D>[n];
+          const bool touch = one.any(node, [&](const Vec<D, Real>& p) {
+            return other.any(std::size_t(around[n]), [&](Vec<D, Real> q) {
+              for (int a = 0; a < D; ++a) q[a] += Real(apart[a]) - p[a];
+              return q.squaredNorm() < reach * reach;
+            });
+          });
+          if (!touch) continue;
+          for (std::size_t m = 0; m < around.size(); ++m) {
+            bool both = around[m] >= 0;
+            for (int a = 0; a < D; ++a) both = both && std::abs(kSteps<D>[m][a] - apart[a]) <= 1;
+            if (!both) continue;
+            PlaceBits& bits = found[std::size_t(around[m]) / nodes];   // others may be at it
+            std::atomic_ref<PlaceBits>(bits).fetch_or(PlaceBits{1} << (std::size_t(around[m]) % nodes), std::memory_order_relaxed);
+          }
+        }
+      });
+  });
+  return found;
+}
+
+/// Where two fields meet, the normals at the nodes of a block. Each surface's is the slope of its mass, weighted by what is there of the other one, and of
+/// the two the flatter surface's counts: the edge of a block that slides on a floor would else plough it.
+template <int D, class Real>
+class Normals {
+ public:
+  Normals(const ActiveBlocks<D>& blocks, const Cell<D>& block, const std::vector<Real>& mass, const std::vector<Real>& mass_of_other) {
+    std::array<Real, kTile> one{}, other{};
+    blocks.template for_tile<int(kEdge), int(kBefore)>(block, [&](int to, std::size_t from, auto count) {
+      std::copy_n(&mass[from], int(count), &one[std::size_t(to)]), std::copy_n(&mass_of_other[from], int(count), &other[std::size_t(to)]);
+    });
+    for (std::size_t i = 0; i < kTile; ++i) {
+      bool inner = one[i] > 0 && other[i] > 0;
+      for (std::size_t a = 0, rest = i; a < D; ++a, rest /= kEdge) inner = inner && rest % kEdge > 0 && rest % kEdge + 1 < kEdge;
+      if (inner) out_of_one_.set(i, -other[i] * slope(one, i)), into_other_.set(i, one[i] * slope(other, i));
+    }
+  }
+  /// From the one to the other, at a node by its number in the block; 0 where nothing says so.
+  Vec<D, Real> at(std::size_t node) const {
+    const Vec<D, Real> sum = out_of_one_.around(node) + into_other_.around(node);
+    const Real length = sum.norm();
+    return length > 0 ? Vec<D, Real>(sum / length) : Vec<D, Real>(Vec<D, Real>::Zero());
+  }
+
+ private:
+  static constexpr std::size_t kAround = 2, kBefore = kAround + 1, kEdge = Lattice<D>::kBlock + 2 * kBefore;   // [nodes]
+  static constexpr std::size_t kTile = D == 2 ? kEdge * kEdge : kEdge * kEdge * kEdge, kLine = 2 * kAround + 1, kLines = D == 2 ? kLine : kLine * kLine;
+
+  /// What one surface says of the normal.
+  class Directions {
+   public:
+    Directions() { of_.fill(Vec<D, Real>::Zero()); }
+    void set(std::size_t at, const Vec<D, Real>& direction) { of_[at] = direction, length_[at] = direction.norm(); }
+    /// The mean direction around a node, the shorter the less flat the surface is: flatness is the sum's length in that of all that are summed.
+    Vec<D, Real> around(std::size_t node) const {
+      constexpr int kSquarings = 7;
+      Vec<D, Real> sum = Vec<D, Real>::Zero();
+      Real all = 0;
+      for (std::size_t line = 0; line < kLines; ++line) {
+        std::size_t first = node >> 2 * (D - 1) & 3;
+        if constexpr (D == 3) first = (first + 1) * kEdge + (node >> 2 & 3) + 1 + line / kLine * kEdge;
+        first = (first + (D == 2 ? 1 : 0) + line % kLine) * kEdge + (node & 3) + 1;
+        for (std::size_t k = 0; k < kLine; ++k) sum += of_[first + k], all += length_[first + k];
+      }
+      const Real length = sum.norm();
+      if (!(length > 0)) return Vec<D, Real>::Zero();
+      Real flatness = std::min(Real(1), length / all);
+      for (int k = 0; k < kSquarings; ++k) flatness *= flatness;
+      return flatness / length * sum;
+    }
+
+   private:
+    std::array<Vec<D, Real>, kTile> of_;
+    std::array<Real, kTile> length_{};
+  };
+
+  /// Of a mass: differences along an axis, averaged across it by (1, 2, 1).
+  static Vec<D, Real> slope(const std::array<Real, kTile>& mass, std::size_t at) {
+    Vec<D, Real> sum = Vec<D, Real>::Zero();
+    for (const Cell<D>& step : kSteps<D>) {
+      std::ptrdiff_t i = 0;
+      int across = 1;
+      for (int a = 0; a < D; ++a) i = i * std::ptrdiff_t(kEdge) + step[a], across *= 2 - std::abs(step[a]);
+      const Real m = mass[std::size_t(std::ptrdiff_t(at) + i)];
+      for (int a = 0; a < D; ++a) sum[a] += Real(step[a] * across) * m;
+    }
+    return sum;
+  }
+
+  Directions out_of_one_, into_other_;
+};
+
+/// Corrects the velocities of nodes in contact: each field gets the share of the change that the other one's mass has. Nodes without a normal stick.
+template <int D, class Real>
+void hand_over(const ActiveBlocks<D>& blocks, const PlaceSet<D>& nodes, const Rubbing& rubbing, NodeVelocity<D, Real>& one, NodeVelocity<D, Real>& other) {
+  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      if (nodes[slot] == 0) continue;
+      const Normals<D, Real> normals(blocks, blocks.block(slot), one.mass, other.mass);
+      for_places(nodes[slot], [&](std::size_t k) {
+        const std::size_t i = slot * std::size_t(Lattice<D>::kCellsPerBlock) + k;
+        const Real mass = one.mass[i], mass_of_other = other.mass[i];
+        if (!(double(mass) > kLightestNode && double(mass_of_other) > kLightestNode)) return;
+        const Vec<D, Real> normal = normals.at(k), before = other.velocity[i] - one.velocity[i];   // as the one sees the other
+        const Vec<D, Real> change = after_contact<D, Real>(normal.isZero(0) ? Rubbing{Contact::sticky, 0} : rubbing, normal, before) - before;
+        other.velocity[i] += mass / (mass + mass_of_other) * change;
+        one.velocity[i] -= mass_of_other / (mass + mass_of_other) * change;
+      });
+    }
+  });
+}
+
+}  // namespace
+
+template <int D, class Real>
+BodyContacts<D, Real>::BodyContacts(const Scene& scene) : spacing_(std::pow(double(scene.options.particles_per_cell), -1.0 / D)) {
+  std::size_t sticking = scene.bodies.size();   // the field of all that stick
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Rubbing rubbing = rubbing_of(scene.bodies[b]);
+    const bool sticks = rubbing.contact == Contact::sticky, joins = sticks && sticking < fields_.size();
+    if (!joins) fields_.push_back({.bodies = {}, .rubbing = rubbing});
+    if (sticks && !joins) sticking = fields_.size() - 1;
+    of_body_.push_back(joins ? sticking : fields_.size() - 1);
+    fields_[of_body_.back()].bodies.push_back(b);
+  }
+}
+
+template <int D, class Real>
+void BodyContacts<D, Real>::apply(const ActiveBlocks<D>& blocks, const std::vector<Group<D, Real>>& groups, std::vector<NodeVelocity<D, Real>>& fields) const {
+  const Real reach = Real(std::min(kTouch * spacing_, 1.0));   // of a particle nearest to one node not beyond the nodes around it
+  std::vector<ByNode<D, Real>> by_node;
+  for (const Field& f : fields_) by_node.emplace_back(blocks, groups, f.bodies);
+  for (std::size_t g = 1; g < fields_.size(); ++g) {
+    const PlaceSet<D> near = grown(blocks, by_node[g].occupied);
+    for (std::size_t f = 0; f < g; ++f) {
+      const Rubbing &one = fields_[f].rubbing, &other = fields_[g].rubbing;
+      hand_over<D, Real>(blocks, nodes_in_contact<D, Real>(blocks, by_node[f], by_node[g], near, reach),
+                         {std::max(one.contact, other.contact), std::min(one.friction, other.friction)}, fields[f], fields[g]);
+    }
+  }
+}
+
+template class BodyContacts<2, float>;
+template class BodyContacts<2, double>;
+template class BodyContacts<3, float>;
+template class BodyContacts<3, double>;
+
+}  // namespace sim

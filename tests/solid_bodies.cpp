@@ -1,0 +1,232 @@
+// Bodies that come apart, slip or rub where they touch each other.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/solid_scenes.h"
+#include "tests/threads.h"
+
+namespace {
+
+using namespace sim;
+using namespace solid_test;
+
+constexpr double kFall = 9.81;   // [m/s^2]
+
+Material jelly_of(double young, double density = 1000, double poisson = 0.3) {
+  Material m = kJelly;
+  m.young = young, m.density = density, m.poisson = poisson;
+  return m;
+}
+
+void let_part(Body& b, double friction = 0) { b.contact = Contact::separating, b.friction = friction; }
+
+struct Mean {
+  base::Vec3 position = base::Vec3::Zero(), velocity = base::Vec3::Zero();
+  double lowest = std::numeric_limits<double>::max(), highest = -lowest;   // [m] along y
+  double count = 0;
+};
+/// Of each body.
+std::vector<Mean> means(const Simulation& simulation) {
+  const Frame f = simulation.frame();
+  std::vector<Mean> all;
+  for (std::size_t p = 0; p < f.id.size(); ++p) {
+    if (all.size() <= f.body[p]) all.resize(std::size_t(f.body[p]) + 1);
+    Mean& m = all[f.body[p]];
+    m.position += f.position[p].cast<double>(), m.velocity += f.velocity[p].cast<double>(), ++m.count;
+    m.lowest = std::min(m.lowest, double(f.position[p].y())), m.highest = std::max(m.highest, double(f.position[p].y()));
+  }
+  for (Mean& m : all) m.position /= m.count, m.velocity /= m.count;
+  return all;
+}
+
+/// [m] Between the particles of two bodies that are nearest to each other.
+double gap(const Simulation& simulation) {
+  const Frame f = simulation.frame();
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t p = 0; p < f.id.size(); ++p)
+    for (std::size_t q = p; q < f.id.size(); ++q)
+      if (f.body[p] != f.body[q]) least = std::min(least, double((f.position[p] - f.position[q]).norm()));
+  return least;
+}
+
+/// Two balls on their way to each other, not head on, in a box without walls.
+Scene glancing_balls(int dimension, double cell) {
+  Scene scene = open_scene(dimension, 1, cell);
+  scene.options.precision = Precision::double_precision;
+  const double z = dimension == 3 ? 0.5 : 0;
+  scene.bodies = {ball({0.36, 0.47, z}, 0.12, kJelly), ball({0.64, 0.53, z}, 0.12, jelly_of(2e5, 3000))};
+  scene.bodies[0].velocity = {2, 0, 0}, scene.bodies[1].velocity = {-2, 0, 0};
+  return scene;
+}
+
+/// A block that slides on a slab which sticks to the floor, gravity at an angle in place of a slope.
+Scene slope(double friction, double angle) {
+  Scene scene = walled_scene(2, 4, 0.05);
+  scene.options.boundary[1][0] = Side::sticky;
+  scene.options.domain.upper.y() = 1;
+  scene.options.seeding = Seeding::regular;
+  scene.bodies = {block({0, 0, 0}, {4, 0.4, 0}, jelly_of(4e6)), block({0.5, 0.4, 0}, {1.1, 0.6, 0}, jelly_of(1e6))};
+  let_part(scene.bodies[1], friction);
+  scene.effects = {{"gravity", {kFall * std::sin(angle), -kFall * std::cos(angle), 0}}};
+  return scene;
+}
+
+}  // namespace
+
+TEST(SolidBodies, HandEachOtherMomentumAndKeepTheSum) {
+  for (const int dimension : {2, 3})
+    for (const double friction : {0.0, 0.5}) {
+      Scene scene = glancing_balls(dimension, dimension == 2 ? 0.025 : 0.05);
+      for (Body& b : scene.bodies) let_part(b, friction);
+      const auto simulation = make_simulation(scene, 50);
+      const auto totals = run(*simulation, 6);
+      const Totals &first = totals.front(), &last = totals.back();
+      const double scale = first.mass * 2;
+      EXPECT_LT((last.linear_momentum - first.linear_momentum).norm(), 1e-12 * scale) << dimension << " " << friction;
+      EXPECT_LT((last.angular_momentum - first.angular_momentum).norm(), 1e-11 * scale) << dimension << " " << friction;
+      EXPECT_LT(last.energy(), first.energy());
+      const auto now = means(*simulation);
+      EXPECT_LT(now[0].velocity.x(), 0);   // the lighter one bounces
+      EXPECT_GT(now[0].velocity.y() * -1, 0.05);   // and both are turned aside
+    }
+}
+
+// The same bits as without contact, until they touch: far from each other, and beside each other while they move apart.
+TEST(SolidBodies, AreNothingToEachOtherUntilTheyTouch) {
+  for (const double apart : {0.05, 0.4}) {
+    Scene alone = open_scene(2, 1, 0.05), both = alone;
+    alone.bodies = {block({0.1, 0.4, 0}, {0.3, 0.6, 0}, kJelly)};
+    alone.bodies[0].spin = {0, 0, 1};
+    both.bodies = {alone.bodies[0], block({0.3 + apart, 0.4, 0}, {0.5 + apart, 0.6, 0}, kJelly)};
+    both.bodies[1].velocity = {0.4, 0, 0};
+    let_part(both.bodies[1]);
+    const auto one = make_simulation(alone, 50), two = make_simulation(both, 50);
+    run(*one, 4), run(*two, 4);
+    const Mean a = means(*two)[0];
+    base::Vec3 mean = base::Vec3::Zero();
+    for (const auto& x : one->frame().position) mean += x.cast<double>() / a.count;
+    EXPECT_LT((a.position - mean).norm(), 1e-7) << apart;
+    EXPECT_LT(a.velocity.norm(), 1e-6) << apart;
+  }
+}
+
+// Blocks that touch from the start and are pulled apart leave each other, unless they slip or stick.
+TEST(SolidBodies, LeaveEachOtherWhenPulledWhereTheySeparateAlone) {
+  for (const Contact contact : {Contact::sticky, Contact::slip, Contact::separating}) {
+    Scene scene = open_scene(2, 1, 0.025);
+    scene.options.seeding = Seeding::regular;
+    scene.bodies = {block({0.3, 0.4, 0}, {0.5, 0.6, 0}, kJelly), block({0.5, 0.4, 0}, {0.7, 0.6, 0}, kJelly)};
+    scene.bodies[0].velocity = {-0.5, 0, 0}, scene.bodies[1].velocity = {0.5, 0, 0};
+    scene.bodies[1].contact = contact;
+    const auto simulation = make_simulation(scene, 50);
+    run(*simulation, 5);
+    const auto now = means(*simulation);
+    if (contact == Contact::separating) {
+      EXPECT_NEAR(now[1].velocity.x(), 0.5, 1e-6);
+      EXPECT_NEAR(gap(*simulation), 0.1 + 0.0125, 1e-3);
+    } else {
+      EXPECT_LT(now[1].velocity.x(), 0.3) << int(contact);
+      EXPECT_LT(gap(*simulation), 0.03) << int(contact);
+    }
+  }
+}
+
+// Coulomb: a = g (sin - mu cos).
+TEST(SolidBodies, ABlockSlidesDownASlabAsCoulombSays) {
+  const double angle = 0.5;
+  for (const double friction : {0.0, 0.25}) {
+    const auto simulation = make_simulation(slope(friction, angle), 20);
+    run(*simulation, 4);
+    const double before = means(*simulation)[1].velocity.x();
+    run(*simulation, 10);
+    const double a = kFall * (std::sin(angle) - friction * std::cos(angle));
+    EXPECT_NEAR((means(*simulation)[1].velocity.x() - before) / 0.5, a, 0.04 * a) << friction;
+  }
+}
+
+TEST(SolidBodies, ABlockStaysOnASlabFlatterThanItsFriction) {
+  Scene scene = slope(0.7, 0.5);
+  set_transfer(scene.options, "pic");   // loses the swing that being let go leaves it with
+  const auto simulation = make_simulation(scene, 20);
+  run(*simulation, 10);
+  const double before = means(*simulation)[1].position.x();
+  run(*simulation, 20);
+  EXPECT_NEAR(means(*simulation)[1].position.x() - before, 0, 4e-3);
+}
+
+// What falls on another body comes to rest on it, and not where it begins to share nodes with it, 1.7 cells above.
+TEST(SolidBodies, WhatHasFallenRestsOnTheOther) {
+  constexpr double kCell = 0.025;
+  for (const bool parts : {false, true}) {
+    Scene scene = walled_scene(2, 1, kCell);
+    scene.bodies = {block({0.2, 0, 0}, {0.8, 0.2, 0}, jelly_of(2e5, 1000, 0.45)), block({0.4, 0.26, 0}, {0.6, 0.4, 0}, jelly_of(2e5, 1000, 0.45))};
+    if (parts) let_part(scene.bodies[1], 0.5);
+    scene.effects = {{"gravity", {0, -kFall, 0}}};
+    set_transfer(scene.options, "apic");
+    const auto simulation = make_simulation(scene, 24);
+    run(*simulation, 30);
+    if (parts) {
+      EXPECT_LT(gap(*simulation), 0.65 * kCell);
+      EXPECT_GT(gap(*simulation), 0.3 * kCell);
+    } else {
+      EXPECT_GT(gap(*simulation), 0.8 * kCell);
+    }
+  }
+}
+
+// Half as heavy as water, half under water.
+TEST(SolidBodies, FloatAsArchimedesSays) {
+  constexpr double kCell = 0.0125;
+  for (const double density : {300.0, 700.0}) {
+    Scene scene = walled_scene(2, 0.6, kCell);
+    for (auto& sides : scene.options.boundary) sides = {Side::slip, Side::separating};
+    scene.options.boundary[0][1] = Side::slip;
+    Body water = block({0, 0, 0}, {0.6, 0.25, 0}, preset_material("water_mpm"));
+    water.material = "water_mpm";
+    const double under = 0.1 * density / 1000;
+    scene.bodies = {block({0.2, 0.25 - under, 0}, {0.4, 0.35 - under, 0}, jelly_of(1e5, density)), water};
+    let_part(scene.bodies[0]);
+    scene.effects = {{"gravity", {0, -kFall, 0}}};
+    const auto simulation = make_simulation(scene, 24);
+    const double before = means(*simulation)[0].position.y();
+    double sum = 0;
+    run(*simulation, 24);
+    for (int f = 0; f < 24; ++f) run(*simulation, 1), sum += means(*simulation)[0].position.y() / 24;
+    EXPECT_NEAR(sum, before, 0.5 * kCell) << density;
+  }
+}
+
+// Across a periodic side as elsewhere.
+TEST(SolidBodies, MeetAcrossAPeriodicSide) {
+  std::vector<double> energies;
+  for (const double shift : {0.0, 0.5}) {
+    Scene scene = open_scene(2, 1, 0.05);
+    scene.options.seeding = Seeding::regular;
+    scene.options.precision = Precision::double_precision;
+    scene.bodies = {block({0.25 + shift, 0.4, 0}, {0.45 + shift, 0.6, 0}, kJelly), block({0.55 - shift, 0.35, 0}, {0.75 - shift, 0.55, 0}, kJelly)};
+    for (Body& b : scene.bodies) let_part(b, 0.3);
+    scene.bodies[0].velocity = {1.5, 0, 0}, scene.bodies[1].velocity = {-1.5, 0, 0};
+    const auto totals = run(*make_simulation(scene, 50), 10);
+    energies.push_back(energy(totals.back()));
+    EXPECT_LT(energies.back(), 0.99 * energy(totals.front()));   // they have met
+  }
+  EXPECT_NEAR(energies[0], energies[1], 1e-9 * energies[0]);
+}
+
+// Three that meet, in any order of the shot, on any number of threads.
+TEST(SolidBodies, GiveTheSameBitsOnAnyNumberOfThreads) {
+  std::vector<std::uint64_t> hashes;
+  for (const int threads : {1, 2, 4}) {
+    Scene scene = walled_scene(3, 1, 0.05);
+    scene.bodies = {ball({0.3, 0.5, 0.2}, 0.15, kJelly), ball({0.7, 0.5, 0.25}, 0.18, kJelly), ball({0.5, 0.5, 0.6}, 0.2, jelly_of(2e5, 2000))};
+    for (Body& b : scene.bodies) let_part(b, 0.4);
+    scene.effects = {{"gravity", {0, 0, -kFall}}};
+    hashes.push_back(on_threads(threads, [&] { return run(*make_simulation(scene, 24), 8).back().state_hash; }));
+  }
+  EXPECT_EQ(hashes[1], hashes[0]);
+  EXPECT_EQ(hashes[2], hashes[0]);
+}
