@@ -45,6 +45,7 @@ FAULTS = [
     ("cut faces seen by their open part", PRESSURE, "v[a][face] = velocity;", "if (!@) v[a][face] = velocity;", "funnel"),
     ("what is piled up before a collider is let out", "sim/fluid/surface_distance.cpp", "if (cells.open.cut(i, blocks)) {", "if (!@ && cells.open.cut(i, blocks)) {", "funnel"),
     ("changes of volume averaged against locking", SEEDING, "group.averages = body.solid.volume_averaging;", "group.averages = !@ && body.solid.volume_averaging;", "beam"),
+    ("momentum handed over where bodies touch", "sim/solid/step.cpp", "bodies_.apply(blocks_, groups, grid_);", "if (!@) bodies_.apply(blocks_, groups, grid_);", "balls_on_balls"),
 ]
 # The same of the watch: what its tests must notice.
 WATCH_SUITES = ["test_watch", "test_watch_retries"]

@@ -36,9 +36,18 @@ class ByNode {
         own.block[slot] = std::int32_t(b);
         for (std::size_t k = 0; k < kNodes; ++k)
           if (ranges.begin[b * kNodes + k] < ranges.begin[b * kNodes + k + 1]) occupied[slot] |= PlaceBits{1} << k;
+        slots_.push_back(slot);
       }
     }
+    std::sort(slots_.begin(), slots_.end());
+    slots_.erase(std::unique(slots_.begin(), slots_.end()), slots_.end());
   }
+  /// Whether any of its nodes is in a set.
+  bool meets(const PlaceSet<D>& set) const {
+    return std::any_of(slots_.begin(), slots_.end(), [&](std::size_t slot) { return (occupied[slot] & set[slot]) != 0; });
+  }
+  /// Slots of the blocks that it has particles in.
+  const std::vector<std::size_t>& slots() const { return slots_; }
   /// Whether is(place [cells], from the node on) says so of any particle of a node.
   template <class Is>
   bool any(std::size_t node, const Is& is) const {
@@ -62,6 +71,7 @@ class ByNode {
     std::vector<std::int32_t> block;   // by slot, its number in the ranges; -1 where it holds none
   };
   std::vector<Own> own_;
+  std::vector<std::size_t> slots_;
 };
 
 /// The set, and all that is beside, along axes and diagonals.
@@ -90,8 +100,9 @@ template <int D, class Real>
 PlaceSet<D> nodes_in_contact(const ActiveBlocks<D>& blocks, const ByNode<D, Real>& one, const ByNode<D, Real>& other, const PlaceSet<D>& near_other, Real reach) {
   constexpr std::size_t nodes = ByNode<D, Real>::kNodes;
   PlaceSet<D> found(blocks);
-  base::parallel_chunks(blocks.count(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t slot = begin; slot < end; ++slot)
+  base::parallel_chunks(one.slots().size(), kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n_slot = begin; n_slot < end; ++n_slot) {
+      const std::size_t slot = one.slots()[n_slot];
       for_places(one.occupied[slot] & near_other[slot], [&](std::size_t k) {
         const std::size_t node = slot * nodes + k;
         const auto around = blocks.places_around(node);
@@ -114,6 +125,7 @@ PlaceSet<D> nodes_in_contact(const ActiveBlocks<D>& blocks, const ByNode<D, Real
           }
         }
       });
+    }
   });
   return found;
 }
@@ -136,41 +148,62 @@ class Normals {
   }
   /// From the one to the other, at a node by its number in the block; 0 where nothing says so.
   Vec<D, Real> at(std::size_t node) const {
-    const Vec<D, Real> sum = out_of_one_.around(node) + into_other_.around(node);
+    constexpr int kSquarings = 7;
+    const Vec<D, Real> own = out_of_one_.at(node) + into_other_.at(node);
+    const Direction a = out_of_one_.around(node, own), b = into_other_.around(node, own);
+    const Real flatter = std::max(a.flatness, b.flatness);
+    if (!(flatter > 0)) return Vec<D, Real>::Zero();
+    Real share_a = a.flatness / flatter, share_b = b.flatness / flatter;
+    for (int k = 0; k < kSquarings; ++k) share_a *= share_a, share_b *= share_b;
+    const Vec<D, Real> sum = share_a * a.unit + share_b * b.unit;
     const Real length = sum.norm();
-    return length > 0 ? Vec<D, Real>(sum / length) : Vec<D, Real>(Vec<D, Real>::Zero());
+    return length > Real(0.01) ? Vec<D, Real>(sum / length) : Vec<D, Real>(Vec<D, Real>::Zero());
   }
 
  private:
   static constexpr std::size_t kAround = 2, kBefore = kAround + 1, kEdge = Lattice<D>::kBlock + 2 * kBefore;   // [nodes]
   static constexpr std::size_t kTile = D == 2 ? kEdge * kEdge : kEdge * kEdge * kEdge, kLine = 2 * kAround + 1, kLines = D == 2 ? kLine : kLine * kLine;
+  static constexpr std::size_t kMiddle = kAround * (D == 2 ? kEdge + 1 : kEdge * kEdge + kEdge + 1);   // from the first place around a node to itself
 
+  struct Direction {
+    Vec<D, Real> unit;
+    Real flatness;   // [1] the length of what was summed in the sum of all lengths
+  };
   /// What one surface says of the normal.
   class Directions {
    public:
     Directions() { of_.fill(Vec<D, Real>::Zero()); }
-    void set(std::size_t at, const Vec<D, Real>& direction) { of_[at] = direction, length_[at] = direction.norm(); }
-    /// The mean direction around a node, the shorter the less flat the surface is: flatness is the sum's length in that of all that are summed.
-    Vec<D, Real> around(std::size_t node) const {
-      constexpr int kSquarings = 7;
-      Vec<D, Real> sum = Vec<D, Real>::Zero();
-      Real all = 0;
-      for (std::size_t line = 0; line < kLines; ++line) {
-        std::size_t first = node >> 2 * (D - 1) & 3;
-        if constexpr (D == 3) first = (first + 1) * kEdge + (node >> 2 & 3) + 1 + line / kLine * kEdge;
-        first = (first + (D == 2 ? 1 : 0) + line % kLine) * kEdge + (node & 3) + 1;
-        for (std::size_t k = 0; k < kLine; ++k) sum += of_[first + k], all += length_[first + k];
-      }
-      const Real length = sum.norm();
-      if (!(length > 0)) return Vec<D, Real>::Zero();
-      Real flatness = std::min(Real(1), length / all);
-      for (int k = 0; k < kSquarings; ++k) flatness *= flatness;
-      return flatness / length * sum;
+    void set(std::size_t at, const Vec<D, Real>& direction) { of_[at] = direction; }
+    const Vec<D, Real>& at(std::size_t node) const { return of_[first_around(node) + kMiddle]; }
+    /// The mean around a node. Where directions differ much, as on both sides of a thin sheet, of those alone that go as `own` does.
+    Direction around(std::size_t node, const Vec<D, Real>& own) const {
+      constexpr Real kMuch = Real(0.7);
+      const Direction all = mean(node, [](const Vec<D, Real>&) { return true; });
+      if (all.flatness > kMuch) return all;
+      return mean(node, [&](const Vec<D, Real>& d) { return d.dot(own) > 0; });
     }
 
    private:
+    static std::size_t first_around(std::size_t node) {
+      std::size_t first = 0;
+      for (int a = 0; a < D; ++a) first = first * kEdge + (node >> 2 * (D - 1 - a) & 3) + kBefore - kAround;
+      return first;
+    }
+    template <class Counts>
+    Direction mean(std::size_t node, const Counts& counts) const {
+      Vec<D, Real> sum = Vec<D, Real>::Zero();
+      Real all = 0;
+      for (std::size_t line = 0; line < kLines; ++line) {
+        const Vec<D, Real>* const first = &of_[first_around(node) + (line / kLine * kEdge + line % kLine) * kEdge];
+        for (std::size_t k = 0; k < kLine; ++k)
+          if (counts(first[k])) sum += first[k], all += first[k].norm();
+      }
+      const Real length = sum.norm();
+      if (!(length > 0)) return {Vec<D, Real>::Zero(), 0};
+      return {sum / length, std::min(Real(1), length / all)};
+    }
+
     std::array<Vec<D, Real>, kTile> of_;
-    std::array<Real, kTile> length_{};
   };
 
   /// Of a mass: differences along an axis, averaged across it by (1, 2, 1).
@@ -226,16 +259,36 @@ BodyContacts<D, Real>::BodyContacts(const Scene& scene) : spacing_(std::pow(doub
 
 template <int D, class Real>
 void BodyContacts<D, Real>::apply(const ActiveBlocks<D>& blocks, const std::vector<Group<D, Real>>& groups, std::vector<NodeVelocity<D, Real>>& fields) const {
+  constexpr int kSweeps = 6;   // over nodes where more than two meet
   const Real reach = Real(std::min(kTouch * spacing_, 1.0));   // of a particle nearest to one node not beyond the nodes around it
   std::vector<ByNode<D, Real>> by_node;
   for (const Field& f : fields_) by_node.emplace_back(blocks, groups, f.bodies);
+  struct Pair {
+    std::size_t one, other;
+    PlaceSet<D> nodes;
+  };
+  std::vector<Pair> pairs;
+  PlaceSet<D> all(blocks), shared(blocks);   // nodes of any pair, of more than one
   for (std::size_t g = 1; g < fields_.size(); ++g) {
     const PlaceSet<D> near = grown(blocks, by_node[g].occupied);
     for (std::size_t f = 0; f < g; ++f) {
-      const Rubbing &one = fields_[f].rubbing, &other = fields_[g].rubbing;
-      hand_over<D, Real>(blocks, nodes_in_contact<D, Real>(blocks, by_node[f], by_node[g], near, reach),
-                         {std::max(one.contact, other.contact), std::min(one.friction, other.friction)}, fields[f], fields[g]);
+      if (!by_node[f].meets(near)) continue;
+      pairs.push_back({f, g, nodes_in_contact<D, Real>(blocks, by_node[f], by_node[g], near, reach)});
+      for (std::size_t slot = 0; slot < blocks.count(); ++slot)
+        shared[slot] |= all[slot] & pairs.back().nodes[slot], all[slot] |= pairs.back().nodes[slot];
     }
+  }
+  const auto meet = [&](const Pair& pair) {
+    const Rubbing &one = fields_[pair.one].rubbing, &other = fields_[pair.other].rubbing;
+    hand_over<D, Real>(blocks, pair.nodes, {std::max(one.contact, other.contact), std::min(one.friction, other.friction)}, fields[pair.one], fields[pair.other]);
+  };
+  for (const Pair& pair : pairs) meet(pair);
+  for (Pair& pair : pairs)
+    for (std::size_t slot = 0; slot < blocks.count(); ++slot) pair.nodes[slot] &= shared[slot];
+  std::erase_if(pairs, [&](const Pair& pair) { return !pair.nodes.any(); });
+  for (int sweep = 1; sweep < kSweeps; ++sweep) {   // to and fro, so that the order in the shot counts for little
+    std::reverse(pairs.begin(), pairs.end());
+    for (const Pair& pair : pairs) meet(pair);
   }
 }
 

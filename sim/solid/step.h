@@ -159,7 +159,7 @@ class BlockGather {
 
  private:
   /// What the steps below hand to each other, of particles [begin_, end_): rows of D numbers a particle, and D * D columns of a number.
-  enum Flag : std::uint8_t { kLoose = 1, kBesideLight = 2 };   // nobody else reaches its nodes; one of them is light
+  enum Flag : std::uint8_t { kLoose = 1, kBesideLight = 2 };   // nobody else of its field reaches its nodes; one of them is light
   std::vector<Real> velocity_;         // of the grid at the particle [m/s]
   std::vector<Real> gradient_;         // of it, row-major: component, axis [m/s a cell]
   std::vector<std::uint8_t> flags_;

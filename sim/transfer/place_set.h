@@ -1,5 +1,6 @@
 #pragma once
 // Sets of places of the active blocks, a bit each. What lies beside a set comes a block's places at a time, and blocks that hold none cost a word.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -62,6 +63,9 @@ class PlaceSet {
   PlaceBits operator[](std::size_t slot) const { return bits_[slot]; }
   PlaceBits& operator[](std::size_t slot) { return bits_[slot]; }
   bool has(std::size_t index) const { return bits_[index / std::size_t(kCells)] >> (index % std::size_t(kCells)) & 1; }
+  bool any() const {
+    return std::any_of(bits_.begin(), bits_.end(), [](PlaceBits bits) { return bits != 0; });
+  }
   void insert(std::size_t index) { bits_[index / std::size_t(kCells)] |= PlaceBits{1} << (index % std::size_t(kCells)); }
   void erase(std::size_t index) { bits_[index / std::size_t(kCells)] &= ~(PlaceBits{1} << (index % std::size_t(kCells))); }
 
