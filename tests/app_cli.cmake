@@ -14,7 +14,7 @@ add_library(embree_calls MODULE embree_calls.cpp)
 target_link_libraries(embree_calls PRIVATE polypic_options dl)
 target_compile_definitions(test_app_plan PRIVATE EMBREE_COUNTER="$<TARGET_FILE:embree_calls>")
 add_dependencies(test_app_plan embree_calls)
-polypic_test(verify STARTS_PROGRAM LABEL slow)
+polypic_test(verify STARTS_PROGRAM LABEL slow TIMEOUT 900)
 add_test(NAME kill_and_resume COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/kill_and_resume.sh $<TARGET_FILE:polypic> 8)
 set_tests_properties(kill_and_resume PROPERTIES LABELS slow TIMEOUT 300 COST 20)   # what takes long and one core starts first
 add_test(NAME full_disk COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/full_disk.sh $<TARGET_FILE:polypic> 12)

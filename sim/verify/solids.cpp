@@ -282,6 +282,7 @@ VerifyCase balls_on_balls(int dimension, const Scheme& scheme) {
   c.expect = "energy at most the tolerance of the start's, and not one particle in 500 has twice as many of others' around it as of its own body's";
   c.tolerance = 1.01;
   c.source = "case 10; Bardenhagen00";
+  c.is_quick = dimension == 2;
   c.run = [=] {
     constexpr int kBalls = 8;
     const double edge = 0.4, cell = dimension == 2 ? 0.0125 : 0.025;
