@@ -26,7 +26,6 @@ void let_part(Body& b, double friction = 0) { b.contact = Contact::separating, b
 
 struct Mean {
   base::Vec3 position = base::Vec3::Zero(), velocity = base::Vec3::Zero();
-  double lowest = std::numeric_limits<double>::max(), highest = -lowest;   // [m] along y
   double count = 0;
 };
 /// Of each body.
@@ -37,7 +36,6 @@ std::vector<Mean> means(const Simulation& simulation) {
     if (all.size() <= f.body[p]) all.resize(std::size_t(f.body[p]) + 1);
     Mean& m = all[f.body[p]];
     m.position += f.position[p].cast<double>(), m.velocity += f.velocity[p].cast<double>(), ++m.count;
-    m.lowest = std::min(m.lowest, double(f.position[p].y())), m.highest = std::max(m.highest, double(f.position[p].y()));
   }
   for (Mean& m : all) m.position /= m.count, m.velocity /= m.count;
   return all;
@@ -70,7 +68,6 @@ double turning(const Simulation& simulation, std::size_t body) {
 /// Two balls on their way to each other, not head on, in a box without walls.
 Scene glancing_balls(int dimension, double cell) {
   Scene scene = open_scene(dimension, 1, cell);
-  scene.options.precision = Precision::double_precision;
   const double z = dimension == 3 ? 0.5 : 0;
   scene.bodies = {ball({0.36, 0.47, z}, 0.12, kJelly), ball({0.64, 0.53, z}, 0.12, jelly_of(2e5, 3000))};
   scene.bodies[0].velocity = {1, 0, 0}, scene.bodies[1].velocity = {-1, 0, 0};

@@ -1,7 +1,6 @@
 #include "sim/solid/body_contact.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -119,9 +118,7 @@ PlaceSet<D> nodes_in_contact(const ActiveBlocks<D>& blocks, const ByNode<D, Real
           for (std::size_t m = 0; m < around.size(); ++m) {
             bool both = around[m] >= 0;
             for (int a = 0; a < D; ++a) both = both && std::abs(kSteps<D>[m][a] - apart[a]) <= 1;
-            if (!both) continue;
-            PlaceBits& bits = found[std::size_t(around[m]) / nodes];   // others may be at it
-            std::atomic_ref<PlaceBits>(bits).fetch_or(PlaceBits{1} << (std::size_t(around[m]) % nodes), std::memory_order_relaxed);
+            if (both) found.insert_beside_others(std::size_t(around[m]));
           }
         }
       });

@@ -1,7 +1,6 @@
 #include "sim/solid/step.h"
 
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -159,11 +158,8 @@ PlaceSet<D> SolidStep<D, Real>::find_touched(const Groups& groups, std::size_t f
           if (!contacts_.touches(site)) continue;
           Cell<D> first = site.cell;
           for (int a = 0; a < D; ++a) first[a] += int(site.offset[a] >= 0.5) - 1;
-          for (const std::ptrdiff_t node : blocks_.template places<3>(first)) {
-            if (node < 0) continue;
-            PlaceBits& bits = touched[std::size_t(node) / per_block];   // others may be at it
-            std::atomic_ref<PlaceBits>(bits).fetch_or(PlaceBits{1} << (std::size_t(node) % per_block), std::memory_order_relaxed);
-          }
+          for (const std::ptrdiff_t node : blocks_.template places<3>(first))
+            if (node >= 0) touched.insert_beside_others(std::size_t(node));
         }
       }
     });

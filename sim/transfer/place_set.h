@@ -2,6 +2,7 @@
 // Sets of places of the active blocks, a bit each. What lies beside a set comes a block's places at a time, and blocks that hold none cost a word.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -67,6 +68,10 @@ class PlaceSet {
     return std::any_of(bits_.begin(), bits_.end(), [](PlaceBits bits) { return bits != 0; });
   }
   void insert(std::size_t index) { bits_[index / std::size_t(kCells)] |= PlaceBits{1} << (index % std::size_t(kCells)); }
+  /// An insertion while other threads insert, too.
+  void insert_beside_others(std::size_t index) {
+    std::atomic_ref<PlaceBits>(bits_[index / std::size_t(kCells)]).fetch_or(PlaceBits{1} << (index % std::size_t(kCells)), std::memory_order_relaxed);
+  }
   void erase(std::size_t index) { bits_[index / std::size_t(kCells)] &= ~(PlaceBits{1} << (index % std::size_t(kCells))); }
 
   /// The places of a block that have one of the set before (side 0) or after (1) them along an axis. Bits that are no place mean nothing.
